@@ -1,0 +1,42 @@
+# Every target sets up .venv by itself. It needs Python 3.11 or newer, pip, make and git.
+PYTHON ?= python3
+VENV := .venv
+RUN := $(VENV)/bin/python
+STAMP := $(VENV)/.ready
+
+.PHONY: help setup evaluate test train bench lint format clean
+
+help:  ## list the targets
+	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /	/'
+
+setup: $(STAMP)  ## create the virtual environment
+
+$(STAMP): pyproject.toml constraints.txt
+	test -x $(RUN) || $(PYTHON) -m venv $(VENV)
+	$(RUN) -m pip install --quiet --disable-pip-version-check torch==2.13.0 -c constraints.txt
+	$(RUN) -m pip install --quiet --disable-pip-version-check --editable '.[train,dev]' -c constraints.txt
+	touch $(STAMP)
+
+evaluate: $(STAMP)  ## compare the shipped agent with the baselines on identical faults
+	$(RUN) train/evaluate.py
+
+test: $(STAMP)  ## run the tests
+	$(RUN) -m pytest
+
+train: $(STAMP)  ## train the shipped agent again
+	$(RUN) train/train.py
+
+bench: $(STAMP)  ## measure the speed, as ratios of one run
+	$(RUN) benchmarks/benchmark.py
+
+lint: $(STAMP)  ## check style and types
+	$(VENV)/bin/ruff check .
+	$(VENV)/bin/ruff format --check .
+	$(VENV)/bin/mypy
+
+format: $(STAMP)  ## format the code
+	$(VENV)/bin/ruff format .
+	$(VENV)/bin/ruff check --fix .
+
+clean:  ## remove what the targets made
+	rm -rf $(VENV) results runs .mypy_cache .ruff_cache .pytest_cache

@@ -1,0 +1,71 @@
+"""Gymnasium environments for learning-based fault-tolerant attitude control of spacecraft.
+
+Importing the package registers the environment ids; everything that needs the compiler or PyTorch is imported when it
+is first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import gymnasium as gym
+
+if TYPE_CHECKING:
+    from ftac_gym import baselines, evaluation, faults, scenarios, wrappers
+    from ftac_gym.dynamics import Simulator
+    from ftac_gym.episodes import Episodes
+    from ftac_gym.initial_state import InitialState
+    from ftac_gym.measurement import Measurement
+    from ftac_gym.scenario import Scenario
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Episodes",
+    "InitialState",
+    "Measurement",
+    "Scenario",
+    "Simulator",
+    "baselines",
+    "evaluation",
+    "faults",
+    "scenarios",
+    "wrappers",
+]
+
+_HOMES = {
+    "Episodes": "ftac_gym.episodes",
+    "InitialState": "ftac_gym.initial_state",
+    "Measurement": "ftac_gym.measurement",
+    "Scenario": "ftac_gym.scenario",
+    "Simulator": "ftac_gym.dynamics",
+}
+_MODULES = ("baselines", "evaluation", "faults", "scenarios", "wrappers")
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first asked for."""
+    if name in _HOMES:
+        return getattr(import_module(_HOMES[name]), name)
+    if name in _MODULES:
+        return import_module(f"ftac_gym.{name}")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    """List the public names."""
+    return sorted([*globals(), *__all__])
+
+
+def _register(environment_id: str, scenario: str) -> None:
+    gym.register(
+        id=environment_id,
+        entry_point="ftac_gym.envs:SpacecraftFTCEnv",
+        vector_entry_point="ftac_gym.envs:SpacecraftFTCVectorEnv",
+        kwargs={"default_scenario": scenario},
+    )
+
+
+_register("SpacecraftFTC-v0", "flagship")
+_register("SpacecraftFTCTracking-v0", "flagship_tracking")

@@ -1,0 +1,69 @@
+"""The interface of every analytical policy."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from ftac_gym.baselines.estimate import FaultEstimate
+from ftac_gym.baselines.policy import BaselinePolicy
+from ftac_gym.measurement import Measurement
+from ftac_gym.parameters import FloatArray, require
+from ftac_gym.scenario import Scenario
+
+BoolArray = npt.NDArray[np.bool_]
+
+
+class Baseline(ABC):
+    """A digital controller of N craft: one call per control period, its output held until the next.
+
+    It is built from the scenario's nominal parameters and never sees the true ones.
+
+    Parameters
+    ----------
+    scenario
+        The task.
+    num_craft
+        Number of craft N.
+    """
+
+    information: ClassVar[str] = "attitude"
+    """The tier of information it uses: attitude, telemetry or oracle."""
+
+    def __init__(self, scenario: Scenario, num_craft: int = 1) -> None:
+        require(num_craft > 0, "num_craft", "must be positive", num_craft)
+        self.scenario = scenario
+        self.num_craft = int(num_craft)
+
+    @abstractmethod
+    def act(self, measurement: Measurement) -> FloatArray:
+        """Return the wheel torques to command, (N, wheels) [N m], within their limits."""
+
+    def reset(self, mask: BoolArray | None = None) -> None:
+        """Forget the past of the craft in the mask (N,), or of all; the others are left untouched."""
+        chosen = np.ones(self.num_craft, dtype=np.bool_) if mask is None else np.asarray(mask)
+        valid = chosen.shape == (self.num_craft,) and chosen.dtype == np.bool_
+        require(valid, "mask", f"must be a boolean array of shape ({self.num_craft},)", mask)
+        self._forget(chosen)
+
+    def _forget(self, chosen: BoolArray) -> None:
+        """Reset the state of the chosen craft; a baseline without state has nothing to do."""
+        return
+
+    @property
+    def estimate(self) -> FaultEstimate | None:
+        """The latest estimate of the observer inside, or None if there is none."""
+        return None
+
+    def as_policy(self, env: Any) -> BaselinePolicy:
+        """Return an object with Stable-Baselines3's ``predict``, reading measurements from an environment.
+
+        Parameters
+        ----------
+        env
+            A single, vector or SB3 vector environment of this package, wrapped or not, with as many craft.
+        """
+        return BaselinePolicy(self, env)

@@ -1,0 +1,155 @@
+"""Proportional-derivative attitude control with a braking profile, and the same with a disturbance observer."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ftac_gym.attitude import cross, quaternion_error, rotate_to_body
+from ftac_gym.baselines.allocation import MinimaxAllocation, pseudo_inverse, scale_to_limits
+from ftac_gym.baselines.baseline import Baseline, BoolArray
+from ftac_gym.baselines.estimate import FaultEstimate
+from ftac_gym.baselines.observers.disturbance_observer import DisturbanceObserver
+from ftac_gym.measurement import Measurement
+from ftac_gym.parameters import FloatArray, non_negative, positive, require
+from ftac_gym.scenario import Scenario
+
+
+class PD(Baseline):
+    """Quaternion PD control that brakes in time.
+
+    With the error angle theta about the axis n (short way) and the rate error w_e, all in body axes:
+
+        torque = J (n s s' + c_d (-n s - w_e)) + feed-forward of the reference
+
+    where s(theta) is the rate at which the error shall shrink: c_p theta near the target, and sqrt(2 a (theta -
+    a / (2 c_p^2))) beyond theta = a / c_p^2, so that the braking it asks for never exceeds a; at most the rate limit.
+    Near the target this is the PD law of stiffness c_p (c_d - c_p) J and damping c_d J. The deceleration a is a share
+    of what the healthy wheels can give about n. Wheel torques beyond the limits are scaled together, which keeps the
+    direction of the torque.
+
+    Parameters
+    ----------
+    scenario, num_craft
+        As for every baseline.
+    position_gain
+        c_p [1/s], below c_d.
+    rate_gain
+        c_d [1/s].
+    braking_share
+        Share of the available deceleration that the profile uses.
+    rate_limit
+        Largest commanded slew rate [rad/s].
+    allocation
+        ``"minimax"`` or ``"pseudo_inverse"``.
+    telemetry
+        Whether to use the measured wheel momentum for the gyroscopic torque.
+
+    Raises
+    ------
+    ValueError
+        If a gain breaks a rule or a wheel has no torque limit.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        num_craft: int = 1,
+        position_gain: float = 0.5,
+        rate_gain: float = 1.5,
+        braking_share: float = 0.6,
+        rate_limit: float = 0.15,
+        allocation: str = "minimax",
+        telemetry: bool = False,
+    ) -> None:
+        super().__init__(scenario, num_craft)
+        self._position_gain = positive(position_gain, "position_gain")
+        self._rate_gain = positive(rate_gain, "rate_gain")
+        require(position_gain < rate_gain, "position_gain", f"must be below rate_gain = {rate_gain!r}", position_gain)
+        self._braking_share = positive(braking_share, "braking_share")
+        self._rate_limit = positive(rate_limit, "rate_limit")
+        wheels = scenario.spacecraft.wheels
+        self._torque_limits = wheels.torque_limits
+        limited = bool(np.isfinite(self._torque_limits).all())
+        require(limited, "torque_limit", "must be finite for every wheel", self._torque_limits.tolist())
+        self._inertia = scenario.spacecraft.inertia_matrix
+        self._moving = scenario.reference.moving
+        known = ("minimax", "pseudo_inverse")
+        require(allocation in known, "allocation", f"must be one of {list(known)}", allocation)
+        self._minimax = MinimaxAllocation(wheels)
+        self._inverse = pseudo_inverse(wheels.axis_matrix).T if allocation == "pseudo_inverse" else None
+        self._model = DisturbanceObserver(scenario, num_craft, 1.0, telemetry)
+
+    def act(self, measurement: Measurement) -> FloatArray:
+        """Return the wheel torques to command, (N, wheels) [N m]."""
+        return self._allocate(self._demand(measurement))
+
+    def _demand(self, measurement: Measurement) -> FloatArray:
+        """Return the torque wanted on the body, (N, 3) [N m]."""
+        error = quaternion_error(measurement.attitude, measurement.reference_attitude)
+        vector = error[:, 1:]
+        sine = np.sqrt(np.einsum("ij,ij->i", vector, vector))[:, None]
+        angle = 2.0 * np.arctan2(sine, error[:, :1])
+        axis = vector / np.maximum(sine, 1e-12)
+        rate_error = measurement.rate
+        if self._moving:
+            reference_rate = rotate_to_body(error, measurement.reference_rate)
+            rate_error = rate_error - reference_rate
+        # What the wheels can give about the axis: the share of their limits that one rad/s^2 would take, inverted.
+        per_acceleration = np.abs(self._minimax(axis @ self._inertia)) / self._torque_limits
+        braking = self._braking_share / np.maximum(per_acceleration.max(axis=1, keepdims=True), 1e-12)
+        gain = self._position_gain
+        linear = braking / (gain * gain)
+        far = angle > linear
+        speed = np.where(far, np.sqrt(2.0 * braking * np.maximum(angle - 0.5 * linear, 0.0)), gain * angle)
+        deceleration = np.where(far, braking, gain * gain * angle)
+        fast = speed > self._rate_limit
+        speed = np.where(fast, self._rate_limit, speed)
+        deceleration = np.where(fast, 0.0, deceleration)
+        acceleration = (deceleration - self._rate_gain * speed) * axis - self._rate_gain * rate_error
+        if self._moving:
+            turning = cross(rate_error, reference_rate)
+            acceleration += rotate_to_body(error, measurement.reference_acceleration) - turning
+        torque = acceleration @ self._inertia
+        demand: FloatArray = torque + self._model.gyroscopic_torque(measurement.rate, measurement.wheel_momentum)
+        return demand
+
+    def _allocate(self, torque: FloatArray) -> FloatArray:
+        command = self._minimax(torque) if self._inverse is None else torque @ self._inverse
+        return scale_to_limits(command, self._torque_limits)
+
+
+class PDDisturbanceObserver(PD):
+    """PD control that takes away the torque that a disturbance observer sees.
+
+    Parameters
+    ----------
+    bandwidth
+        Bandwidth of the observer [rad/s].
+    **gains
+        Those of :class:`PD`.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        num_craft: int = 1,
+        bandwidth: float = 1.0,
+        telemetry: bool = False,
+        **gains: Any,
+    ) -> None:
+        super().__init__(scenario, num_craft, telemetry=telemetry, **gains)
+        self._model = DisturbanceObserver(scenario, num_craft, non_negative(bandwidth, "bandwidth"), telemetry)
+
+    def act(self, measurement: Measurement) -> FloatArray:
+        """Return the wheel torques to command, (N, wheels) [N m]."""
+        return self._allocate(self._demand(measurement) - self._model.update(measurement))
+
+    def _forget(self, chosen: BoolArray) -> None:
+        self._model.reset(chosen)
+
+    @property
+    def estimate(self) -> FaultEstimate:
+        """The estimated torque."""
+        return FaultEstimate(disturbance=self._model.disturbance)

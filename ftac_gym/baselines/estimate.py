@@ -1,0 +1,26 @@
+"""What an observer believes about the faults."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ftac_gym.parameters import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class FaultEstimate:
+    """Estimate for N craft with m wheels; None for what an observer does not estimate.
+
+    Attributes
+    ----------
+    disturbance
+        (N, 3) torque on the body that the commands do not explain, in body axes [N m].
+    effectiveness
+        (N, m) effectiveness of each wheel.
+    bias
+        (N, m) uncommanded torque of each wheel [N m].
+    """
+
+    disturbance: FloatArray | None = None
+    effectiveness: FloatArray | None = None
+    bias: FloatArray | None = None

@@ -1,0 +1,172 @@
+"""The compiled measurement: the commanded attitude of the moment, and what the sensors report."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from numba import njit
+
+from ftac_gym.randomness import Purpose, normal_pair, philox
+from ftac_gym.references import ReferenceKind
+
+_NOISE = int(Purpose.NOISE)
+_SET_POINTS = int(ReferenceKind.SET_POINTS)
+_MRP_SINUSOID = int(ReferenceKind.MRP_SINUSOID)
+
+
+@njit(cache=True, inline="always", error_model="numpy")
+def sinusoid(record: Any, axis: int, time: float) -> Any:
+    """Value, first and second derivative of constant + amplitude sin(frequency t + phase) on one axis."""
+    angle = record.frequency[axis] * time + record.phase[axis]
+    sine, cosine = record.amplitude[axis] * math.sin(angle), record.amplitude[axis] * math.cos(angle)
+    frequency = record.frequency[axis]
+    return record.constant[axis] + sine, frequency * cosine, -frequency * frequency * sine
+
+
+@njit(cache=True, inline="always", error_model="numpy")
+def product(a: Any, b: Any) -> Any:
+    """Hamilton product of two quaternions."""
+    return (
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] + a[2] * b[0] + a[3] * b[1] - a[1] * b[3],
+        a[0] * b[3] + a[3] * b[0] + a[1] * b[2] - a[2] * b[1],
+    )
+
+
+@njit(cache=True, inline="always", error_model="numpy")
+def store_unit(out: Any, i: int, q: Any) -> None:
+    """Normalise a quaternion into row i."""
+    scale = 1.0 / math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    out[i, 0], out[i, 1], out[i, 2], out[i, 3] = scale * q[0], scale * q[1], scale * q[2], scale * q[3]
+
+
+@njit(cache=True, inline="always", error_model="numpy")
+def follow_mrp(i: int, record: Any, time: float, attitude: Any, rate: Any, acceleration: Any) -> None:
+    """Reference from modified Rodrigues parameters.
+
+    With P(v) = (1 - s^2) v - 2 sigma x v + 2 sigma (sigma.v): w = 4 P(sigma') / (1 + s^2)^2 and
+    w' = 4 (P(sigma'') + 2 sigma |sigma'|^2) / (1 + s^2)^2 - 4 (sigma.sigma') / (1 + s^2) w.
+    """
+    x, vx, ax = sinusoid(record, 0, time)
+    y, vy, ay = sinusoid(record, 1, time)
+    z, vz, az = sinusoid(record, 2, time)
+    square = x * x + y * y + z * z
+    store_unit(attitude, i, (1.0 - square, 2.0 * x, 2.0 * y, 2.0 * z))
+    along_v, along_a = x * vx + y * vy + z * vz, x * ax + y * ay + z * az + vx * vx + vy * vy + vz * vz
+    scale = 4.0 / ((1.0 + square) * (1.0 + square))
+    rate[i, 0] = scale * ((1.0 - square) * vx - 2.0 * (y * vz - z * vy) + 2.0 * x * along_v)
+    rate[i, 1] = scale * ((1.0 - square) * vy - 2.0 * (z * vx - x * vz) + 2.0 * y * along_v)
+    rate[i, 2] = scale * ((1.0 - square) * vz - 2.0 * (x * vy - y * vx) + 2.0 * z * along_v)
+    drag = 4.0 * along_v / (1.0 + square)
+    acceleration[i, 0] = scale * ((1.0 - square) * ax - 2.0 * (y * az - z * ay) + 2.0 * x * along_a) - drag * rate[i, 0]
+    acceleration[i, 1] = scale * ((1.0 - square) * ay - 2.0 * (z * ax - x * az) + 2.0 * y * along_a) - drag * rate[i, 1]
+    acceleration[i, 2] = scale * ((1.0 - square) * az - 2.0 * (x * ay - y * ax) + 2.0 * z * along_a) - drag * rate[i, 2]
+
+
+@njit(cache=True, inline="always", error_model="numpy")
+def half_turn_rate(q: Any, record: Any, time: float) -> Any:
+    """q' = 1/2 q (x) [0, w_d(t)]."""
+    x, y, z = sinusoid(record, 0, time)[0], sinusoid(record, 1, time)[0], sinusoid(record, 2, time)[0]
+    return product(q, (0.0, 0.5 * x, 0.5 * y, 0.5 * z))
+
+
+@njit(cache=True, inline="always", error_model="numpy")
+def moved(q: Any, factor: float, d: Any) -> Any:
+    """Return q + factor d."""
+    return q[0] + factor * d[0], q[1] + factor * d[1], q[2] + factor * d[2], q[3] + factor * d[3]
+
+
+@njit(cache=True, inline="always", error_model="numpy")
+def follow_rate(
+    i: int, record: Any, tick: int, step: float, substeps: int, attitude: Any, rate: Any, acceleration: Any
+) -> None:
+    """Reference from a rate profile: integrate the attitude over the control period that ends now (RK4)."""
+    period = step * substeps
+    if tick == 0:
+        for k in range(4):
+            attitude[i, k] = record.attitude[k]
+    else:
+        q = (attitude[i, 0], attitude[i, 1], attitude[i, 2], attitude[i, 3])
+        for substep in range(substeps):
+            time = (tick - 1) * period + substep * step
+            turn_1 = half_turn_rate(q, record, time)
+            turn_2 = half_turn_rate(moved(q, 0.5 * step, turn_1), record, time + 0.5 * step)
+            turn_3 = half_turn_rate(moved(q, 0.5 * step, turn_2), record, time + 0.5 * step)
+            turn_4 = half_turn_rate(moved(q, step, turn_3), record, time + step)
+            q = moved(moved(q, step / 6.0, moved(turn_1, 1.0, turn_4)), step / 3.0, moved(turn_2, 1.0, turn_3))
+        store_unit(attitude, i, q)
+    for axis in range(3):
+        rate[i, axis], acceleration[i, axis] = sinusoid(record, axis, tick * period)[:2]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def sense(
+    craft: Any,
+    attitude: Any,
+    rate: Any,
+    ticks: Any,
+    step: float,
+    substeps: int,
+    reference: Any,
+    set_points: Any,
+    reference_attitude: Any,
+    reference_rate: Any,
+    reference_acceleration: Any,
+    sensors: Any,
+    keys: Any,
+    episodes: Any,
+    gyro_bias: Any,
+    measured_attitude: Any,
+    measured_rate: Any,
+) -> None:
+    """Update the reference and the measurement of the listed craft after a reset or a control period, in place.
+
+    ``craft`` (n,) holds indices into the arrays of N craft; reference and measurement arrays are (N, 4) or (N, 3), the
+    rate and acceleration of the reference in the reference frame's axes. The noise is a function of (key, episode,
+    tick) alone. The gyro bias walks by one step for every tick after the first.
+    """
+    period = step * substeps
+    for index in range(craft.shape[0]):
+        i = craft[index]
+        tick = ticks[i]
+        record = reference[i]
+        if record.kind == _SET_POINTS:
+            point = 0
+            # The tolerance is far below a physics step and absorbs rounding in tick * period.
+            while point + 1 < set_points.shape[1] and set_points[i, point + 1].time <= tick * period + 1e-9:
+                point += 1
+            for k in range(4):
+                reference_attitude[i, k] = set_points[i, point].attitude[k]
+            for k in range(3):
+                reference_rate[i, k] = 0.0
+                reference_acceleration[i, k] = 0.0
+        elif record.kind == _MRP_SINUSOID:
+            follow_mrp(i, record, tick * period, reference_attitude, reference_rate, reference_acceleration)
+        else:
+            follow_rate(i, record, tick, step, substeps, reference_attitude, reference_rate, reference_acceleration)
+
+        sensor = sensors[i]
+        walk = sensor.gyro_bias_walk * math.sqrt(period)
+        if walk > 0.0 and tick > 0:
+            a, b, c, d = philox(tick, episodes[i], _NOISE, 2, keys[i, 0], keys[i, 1])
+            walk_x, walk_y = normal_pair(a, b)
+            walk_z, _ = normal_pair(c, d)
+            gyro_bias[i, 0] += walk * walk_x
+            gyro_bias[i, 1] += walk * walk_y
+            gyro_bias[i, 2] += walk * walk_z
+        noise_0, noise_1, noise_2, noise_3, noise_4, noise_5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        if sensor.attitude_noise > 0.0 or sensor.rate_noise > 0.0:
+            a, b, c, d = philox(tick, episodes[i], _NOISE, 0, keys[i, 0], keys[i, 1])
+            noise_0, noise_1 = normal_pair(a, b)
+            noise_2, noise_3 = normal_pair(c, d)
+            a, b, c, d = philox(tick, episodes[i], _NOISE, 1, keys[i, 0], keys[i, 1])
+            noise_4, noise_5 = normal_pair(a, b)
+        half = 0.5 * sensor.attitude_noise
+        true_attitude = (attitude[i, 0], attitude[i, 1], attitude[i, 2], attitude[i, 3])
+        turn = (1.0, half * noise_0, half * noise_1, half * noise_2)
+        store_unit(measured_attitude, i, product(true_attitude, turn))
+        measured_rate[i, 0] = rate[i, 0] + gyro_bias[i, 0] + sensor.rate_noise * noise_3
+        measured_rate[i, 1] = rate[i, 1] + gyro_bias[i, 1] + sensor.rate_noise * noise_4
+        measured_rate[i, 2] = rate[i, 2] + gyro_bias[i, 2] + sensor.rate_noise * noise_5

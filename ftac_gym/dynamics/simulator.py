@@ -1,0 +1,237 @@
+"""The true plant: N craft side by side, each in an episode of its own."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ftac_gym.dynamics.kernels import advance
+from ftac_gym.dynamics.sensing import sense
+from ftac_gym.episodes import Episodes
+from ftac_gym.measurement import Measurement
+from ftac_gym.parameters import FloatArray, require
+from ftac_gym.scenario import Scenario
+
+THREAD_BATCH = 512
+"""Craft that one thread must have at least: below it, waking the thread costs more than it saves."""
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """True state of N craft with m wheels; the arrays are the simulator's own and change with every step.
+
+    Attributes
+    ----------
+    attitude
+        (N, 4) quaternion, body relative to inertial, scalar first.
+    rate
+        (N, 3) body rate in body axes [rad/s].
+    wheel_momentum
+        (N, m) [N m s].
+    wheel_torque
+        (N, m) torque of each wheel on the body at the end of the last physics step [N m].
+    """
+
+    attitude: FloatArray
+    rate: FloatArray
+    wheel_momentum: FloatArray
+    wheel_torque: FloatArray
+
+
+class Simulator:
+    """The truth about N craft. It knows nothing of rewards or policies.
+
+    Parameters
+    ----------
+    scenario
+        What to simulate.
+    num_craft
+        Number of craft N.
+    threads
+        Number of threads that share the craft; the result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If ``num_craft`` or ``threads`` is not a positive integer.
+    """
+
+    def __init__(self, scenario: Scenario, num_craft: int, threads: int = 1) -> None:
+        for name, value in (("num_craft", num_craft), ("threads", threads)):
+            require(isinstance(value, (int, np.integer)) and value > 0, name, "must be a positive integer", value)
+        self.scenario = scenario
+        self.num_craft = int(num_craft)
+        self.threads = int(threads)
+        wheels = scenario.spacecraft.wheels
+        self._axes = wheels.axis_matrix
+        self._torque_limits = wheels.torque_limits
+        self._momentum_limits = wheels.momentum_limits
+        self._coupled = wheels.momentum_coupling
+        uncertainty = scenario.inertia_uncertainty
+        self._rate_torque = uncertainty is not None and uncertainty.rate_torque
+        self._step, self._substeps = scenario.physics_step, scenario.substeps
+
+        count = self.num_craft
+        self.state = State(
+            np.tile([1.0, 0.0, 0.0, 0.0], (count, 1)),
+            np.zeros((count, 3)),
+            np.zeros((count, wheels.count)),
+            np.zeros((count, wheels.count)),
+        )
+        self.ticks = np.zeros(count, dtype=np.int64)
+        """(N,) control periods since the start of each craft's episode."""
+        self.reference_attitude = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
+        self.reference_rate = np.zeros((count, 3))
+        self.reference_acceleration = np.zeros((count, 3))
+        self.measured_attitude = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
+        self.measured_rate = np.zeros((count, 3))
+        self.last_command = np.zeros((count, wheels.count))
+        self._gyro_bias = np.zeros((count, 3))
+        self._all = np.arange(count)
+        self._tables: dict[str, npt.NDArray[Any]] | None = None
+        self._pool: ThreadPoolExecutor | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave the threads out of copies and pickles."""
+        return {**self.__dict__, "_pool": None}
+
+    @property
+    def time(self) -> FloatArray:
+        """(N,) time since the start of each craft's episode [s]."""
+        time: FloatArray = self.ticks.astype(np.float64) * self.scenario.control_period
+        return time
+
+    @property
+    def faults(self) -> npt.NDArray[np.void]:
+        """FAULT records (N, wheels, layers) of the episodes that the craft are in: a view, not to be written to."""
+        return self._drawn()["faults"]
+
+    @property
+    def feasible(self) -> npt.NDArray[np.bool_]:
+        """(N,) whether each craft's episode can be done at all: a view, not to be written to."""
+        return self._drawn()["feasible"]
+
+    @property
+    def episodes(self) -> Episodes:
+        """The episodes that the craft are in (a copy)."""
+        tables = self._drawn()
+        return Episodes(self.scenario.to_json(), **{name: array.copy() for name, array in tables.items()})
+
+    def reset(self, episodes: Episodes, mask: npt.NDArray[np.bool_] | None = None) -> None:
+        """Start new episodes.
+
+        Parameters
+        ----------
+        episodes
+            One episode for each craft to be reset, in their order.
+        mask
+            (N,) which craft to reset; None for all. The others are left untouched.
+
+        Raises
+        ------
+        ValueError
+            If the mask has the wrong shape, the number of episodes is not that of the craft to be reset, the episodes
+            do not fit the scenario, or some craft has never been reset.
+        """
+        if mask is None:
+            chosen = self._all
+        else:
+            mask = np.asarray(mask)
+            valid = mask.shape == (self.num_craft,) and mask.dtype == np.bool_
+            require(valid, "mask", f"must be a boolean array of shape ({self.num_craft},)", mask)
+            chosen = np.flatnonzero(mask)
+        require(len(episodes) == len(chosen), "episodes", f"must be {len(chosen)}, one per craft reset", len(episodes))
+        arrays = episodes.arrays()
+        wheels = episodes.faults.shape[1]
+        require(wheels == len(self._torque_limits), "episodes", f"must have {len(self._torque_limits)} wheels", wheels)
+        if self._tables is None:
+            require(len(chosen) == self.num_craft, "mask", "must cover all craft at the first reset", mask)
+            self._tables = {name: np.array(array) for name, array in arrays.items()}
+        else:
+            for name, table in self._tables.items():
+                fits = table.dtype == arrays[name].dtype and table.shape[1:] == arrays[name].shape[1:]
+                rule = f"must fit the scenario: {name} must have shape (episodes, *{table.shape[1:]})"
+                require(fits, "episodes", rule, arrays[name].shape)
+                table[chosen] = arrays[name]
+        tables = self._tables
+        for part, name in ((self.state.attitude, "attitude"), (self.state.rate, "rate")):
+            part[chosen] = tables["initial"][name][chosen]
+        self.state.wheel_momentum[chosen] = tables["initial"]["wheel_momentum"][chosen]
+        self.state.wheel_torque[chosen] = 0.0
+        self.last_command[chosen] = 0.0
+        self.ticks[chosen] = 0
+        self._gyro_bias[chosen] = tables["sensors"]["gyro_bias"][chosen]
+        self._sense(chosen)
+
+    def step(self, command: npt.ArrayLike) -> None:
+        """Hold a command for one control period.
+
+        Parameters
+        ----------
+        command
+            (N, wheels) torque of each wheel on the body [N m]; beyond its torque limit a wheel gives the limit.
+
+        Raises
+        ------
+        ValueError
+            If the command has the wrong shape or is not finite.
+        RuntimeError
+            If the simulator was never reset.
+        """
+        torque = np.asarray(command, dtype=np.float64)
+        require(
+            torque.shape == self.last_command.shape, "command", f"must have shape {self.last_command.shape}", torque
+        )
+        require(bool(np.isfinite(torque).all()), "command", "must be finite", torque)
+        np.clip(torque, -self._torque_limits, self._torque_limits, out=self.last_command)
+        self.advance()
+
+    def advance(self) -> None:
+        """Hold ``last_command`` for one control period: :meth:`step` without its checks and its limiter."""
+        tables = self._drawn()
+        state = self.state
+        shared = (
+            state.attitude, state.rate, state.wheel_momentum, state.wheel_torque, self.ticks, self.last_command,
+            self._axes, self._torque_limits, self._momentum_limits, self._coupled, tables["inertia"],
+            self._rate_torque, tables["faults"], tables["disturbance"], tables["harmonics"], self._step, self._substeps,
+        )  # fmt: skip
+        parts = min(self.threads, max(1, self.num_craft // THREAD_BATCH))
+        if parts == 1:
+            advance(0, self.num_craft, *shared)
+        else:
+            if self._pool is None:
+                self._pool = ThreadPoolExecutor(self.threads)
+            edges = np.linspace(0, self.num_craft, parts + 1).astype(int)
+            list(self._pool.map(lambda first, end: advance(first, end, *shared), edges[:-1], edges[1:]))
+        self._sense(self._all)
+
+    def measurement(self) -> Measurement:
+        """Return what the craft measure now; the arrays are the caller's to keep."""
+        return Measurement(
+            time=self.time,
+            attitude=self.measured_attitude.copy(),
+            rate=self.measured_rate.copy(),
+            wheel_momentum=self.state.wheel_momentum.copy(),
+            last_command=self.last_command.copy(),
+            reference_attitude=self.reference_attitude.copy(),
+            reference_rate=self.reference_rate.copy(),
+            reference_acceleration=self.reference_acceleration.copy(),
+        )
+
+    def _drawn(self) -> dict[str, npt.NDArray[Any]]:
+        if self._tables is None:
+            raise RuntimeError("the simulator must be reset before it is used")
+        return self._tables
+
+    def _sense(self, craft: npt.NDArray[np.int64]) -> None:
+        tables = self._drawn()
+        sense(
+            craft, self.state.attitude, self.state.rate, self.ticks, self._step, self._substeps, tables["reference"],
+            tables["set_points"], self.reference_attitude, self.reference_rate, self.reference_acceleration,
+            tables["sensors"], tables["key"], tables["index"], self._gyro_bias, self.measured_attitude,
+            self.measured_rate,
+        )  # fmt: skip

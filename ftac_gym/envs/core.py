@@ -1,0 +1,161 @@
+"""What the single and the vector environment share: N craft, their episodes, observations and rewards."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium import spaces
+
+from ftac_gym import scenarios
+from ftac_gym.dynamics import Simulator
+from ftac_gym.envs.observation import Observer
+from ftac_gym.envs.reward import Reward
+from ftac_gym.episodes import Episodes
+from ftac_gym.measurement import Measurement
+from ftac_gym.parameters import FloatArray, require
+from ftac_gym.randomness import keys_from_seeds
+from ftac_gym.scenario import Scenario, draw_from_keys
+
+BoolArray = npt.NDArray[np.bool_]
+
+
+def resolve_scenario(scenario: Scenario | Mapping[str, Any] | str | None, default: str, changes: Any) -> Scenario:
+    """Turn what ``gym.make`` was given into a scenario.
+
+    Parameters
+    ----------
+    scenario
+        A scenario, its plain dict, its JSON text, its name, or None for the default.
+    default
+        Name of the default scenario.
+    changes
+        Fields to replace, by name.
+
+    Raises
+    ------
+    ValueError
+        If a name is unknown or a value breaks a rule.
+    """
+    if scenario is None:
+        base = scenarios.get(default)
+    elif isinstance(scenario, Scenario):
+        base = scenario
+    elif isinstance(scenario, Mapping):
+        base = Scenario.from_dict(scenario)
+    else:
+        require(isinstance(scenario, str), "scenario", "must be a Scenario, its dict, JSON or name", scenario)
+        base = Scenario.from_json(scenario) if scenario.lstrip().startswith("{") else scenarios.get(scenario)
+    return base.replace(**changes) if changes else base
+
+
+class Core:
+    """N craft with their episode counters.
+
+    Parameters
+    ----------
+    scenario
+        What to simulate; every wheel needs a torque limit, which scales the action.
+    observation
+        Information tier.
+    num_craft
+        Number of craft.
+    threads
+        Threads of the simulator.
+
+    Raises
+    ------
+    ValueError
+        If a wheel has no torque limit or the tier is unknown.
+    """
+
+    def __init__(self, scenario: Scenario, observation: str, num_craft: int, threads: int = 1) -> None:
+        self.scenario = scenario
+        self.simulator = Simulator(scenario, num_craft, threads)
+        self.observer = Observer(self.simulator, observation)
+        self.reward = Reward(self.simulator)
+        self.torque_limits = scenario.spacecraft.wheels.torque_limits
+        limited = bool(np.isfinite(self.torque_limits).all())
+        require(limited, "torque_limit", "must be finite for every wheel: it scales the action", self.torque_limits)
+        self.horizon = scenario.horizon
+        self.all_craft = np.arange(num_craft)
+        self._keys = np.zeros((num_craft, 2), dtype=np.uint32)
+        self._counter = np.zeros(num_craft, dtype=np.int64)
+        wheels = len(self.torque_limits)
+        self._action_shape = (num_craft, wheels)
+        layout = self.observer.layout
+        self.observation_space = spaces.Box(layout.low, layout.high, dtype=np.float32)
+        self.action_space = spaces.Box(-1.0, 1.0, (wheels,), dtype=np.float32)
+
+    def seed(self, craft: int, seed: int) -> None:
+        """Let a craft start over with episode 0 of a seed at its next reset."""
+        self._keys[craft] = keys_from_seeds([seed])[0]
+        self._counter[craft] = 0
+
+    def reset(
+        self, craft: npt.NDArray[np.int64], observation: npt.NDArray[np.float32], episodes: Episodes | None
+    ) -> None:
+        """Start the next episode, or the given one, of the listed craft and write their rows of ``observation``."""
+        if episodes is None:
+            episodes = draw_from_keys(self.scenario, self._keys[craft], self._counter[craft])
+            self._counter[craft] += 1
+        mask = np.zeros(len(self.all_craft), dtype=np.bool_)
+        mask[craft] = True
+        self.simulator.reset(episodes, None if mask.all() else mask)
+        self.observer.observe(craft, observation)
+        self.reward.update(craft)
+
+    def step(self, action: npt.ArrayLike) -> tuple[npt.NDArray[np.float32], FloatArray, BoolArray, BoolArray]:
+        """Advance all craft by one control period.
+
+        Parameters
+        ----------
+        action
+            (N, wheels) fractions of the torque limits; clipped to [-1, 1].
+
+        Returns
+        -------
+        Fresh observation (N, size), reward terms (N, terms), terminated (N,), truncated (N,).
+
+        Raises
+        ------
+        ValueError
+            If the action has the wrong shape or is not finite.
+        """
+        fraction = np.asarray(action, dtype=np.float64)
+        if fraction.shape != self._action_shape:
+            raise ValueError(f"action must have shape {self._action_shape}, got {fraction.shape}")
+        if not np.isfinite(fraction).all():
+            raise ValueError(f"action must be finite, got {fraction!r}")
+        simulator = self.simulator
+        command = simulator.last_command
+        np.minimum(fraction, 1.0, out=command)
+        np.maximum(command, -1.0, out=command)
+        np.multiply(command, self.torque_limits, out=command)
+        simulator.advance()
+        observation = np.empty((len(self.all_craft), self.observer.layout.size), dtype=np.float32)
+        self.observer.observe(self.all_craft, observation)
+        terms, terminated = self.reward.update(self.all_craft)
+        truncated = simulator.ticks >= self.horizon
+        return observation, terms, terminated, truncated
+
+    def measurement(self) -> Measurement:
+        """Return what the craft measure now."""
+        return self.simulator.measurement()
+
+    def facts(self) -> dict[str, FloatArray | BoolArray]:
+        """Facts about the present moment of all craft, one array (N,) each; angles in degrees."""
+        return {
+            "time": self.simulator.time,
+            "attitude_error": np.degrees(self.reward.attitude_error),
+            "rate_error": np.degrees(self.reward.rate_error),
+            "is_success": self.reward.success,
+            "feasible": self.simulator.feasible.copy(),
+        }
+
+
+def check_render_mode(render_mode: str | None, known: list[str]) -> None:
+    """Raise a ValueError unless the render mode is None or known."""
+    require(render_mode is None or render_mode in known, "render_mode", f"must be None or one of {known}", render_mode)

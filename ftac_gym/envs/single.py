@@ -1,0 +1,171 @@
+"""One faulty spacecraft as a Gymnasium environment."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import numpy.typing as npt
+
+from ftac_gym.envs.core import Core, check_render_mode, resolve_scenario
+from ftac_gym.envs.reward import TERMS
+from ftac_gym.episodes import Episodes
+from ftac_gym.measurement import Measurement
+from ftac_gym.parameters import require
+from ftac_gym.scenario import Scenario
+
+Observation = npt.NDArray[np.float32]
+
+
+class SpacecraftFTCEnv(gym.Env[Observation, npt.NDArray[Any]]):
+    """Point a spacecraft while its reaction wheels fail in hidden ways.
+
+    ## Description
+
+    A rigid body with reaction wheels turns to the commanded attitude and holds it. In most episodes one or two wheels
+    lose effectiveness, add torque of their own, go dead, lock at the torque they had, or run away; nothing tells the
+    agent which, when, or how badly. Inertia, external torque and sensor errors are random too. The plant is integrated
+    with RK4 at the scenario's physics step; the agent acts once per control period.
+
+    ## Action space
+
+    ``Box(-1, 1, (wheels,), float32)``: the torque of each wheel over its limit, held for one control period. Values
+    outside are clipped; wrong shapes and non-finite values raise ``ValueError``.
+
+    ## Observation space
+
+    A bounded ``Box``; :func:`ftac_gym.envs.observation.observation_layout` tables its named slices, and
+    ``env.unwrapped.observation_slices`` holds them. The tier is chosen by ``observation``: ``"attitude"`` (attitude,
+    rate, own commands), ``"telemetry"`` (and wheel momentum), ``"oracle"`` (and the true faults).
+
+    ## Rewards
+
+    The sum of the named terms in ``info["reward_terms"]``; :mod:`ftac_gym.envs.reward` tables them. Their weights are
+    the scenario's ``reward``.
+
+    ## Starting state
+
+    Drawn from the scenario: for the flagship an attitude uniform over all rotations, rates up to 1 deg/s, wheel
+    momenta up to 1 N m s. Episode ``k`` after ``reset(seed=s)`` is episode ``k`` of ``scenario.draw(s, ...)``.
+
+    ## Episode end
+
+    Terminated when the body turns faster than the scenario's ``tumble_rate``; truncated after its ``duration``.
+
+    ## Info
+
+    ``time`` [s], ``attitude_error`` [deg], ``rate_error`` [deg/s], ``is_success`` (on target for as long as the
+    scenario's ``success.hold``), ``feasible`` (can the remaining wheels do the task?), and after a step
+    ``reward_terms``.
+
+    ## Arguments
+
+    Parameters
+    ----------
+    scenario
+        A name, a :class:`~ftac_gym.scenario.Scenario`, or its dict or JSON text; None for the id's own.
+    observation
+        Information tier.
+    render_mode
+        Only None.
+    default_scenario
+        Name of the scenario that the id stands for.
+    **scenario_changes
+        Fields of the scenario to replace, for example ``duration=60.0`` or ``faults=None``.
+
+    Raises
+    ------
+    ValueError
+        If a name is unknown or a value breaks a rule.
+    """
+
+    metadata = {"render_modes": []}  # noqa: RUF012  Gymnasium defines it so
+
+    def __init__(
+        self,
+        scenario: Scenario | Mapping[str, Any] | str | None = None,
+        observation: str = "attitude",
+        render_mode: str | None = None,
+        default_scenario: str = "flagship",
+        **scenario_changes: Any,
+    ) -> None:
+        check_render_mode(render_mode, self.metadata["render_modes"])
+        self.render_mode = render_mode
+        self.core = Core(resolve_scenario(scenario, default_scenario, scenario_changes), observation, num_craft=1)
+        self.observation_space = self.core.observation_space
+        self.action_space = self.core.action_space
+        self._seeded = False
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario."""
+        return self.core.scenario
+
+    @property
+    def observation_slices(self) -> dict[str, slice]:
+        """Where each named part of the observation lies."""
+        return dict(self.core.observer.layout.slices)
+
+    def measurement(self) -> Measurement:
+        """Return what the craft measures now, with a leading axis of 1: the input of baselines."""
+        return self.core.measurement()
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Start the next episode.
+
+        Parameters
+        ----------
+        seed
+            Start over with episode 0 of this seed; None goes on with the next episode.
+        options
+            ``{"episodes": Episodes}`` replays the given single episode.
+
+        Returns
+        -------
+        Observation and info.
+        """
+        super().reset(seed=seed)
+        if seed is not None or not self._seeded:
+            # Without a seed Gymnasium draws one from the operating system's entropy.
+            known = self.np_random_seed
+            self.core.seed(0, known if known is not None and known >= 0 else int(self.np_random.integers(2**63)))
+            self._seeded = True
+        episodes = (options or {}).get("episodes")
+        valid = episodes is None or isinstance(episodes, Episodes)
+        require(valid, 'options["episodes"]', "must be an Episodes object", episodes)
+        observation = np.empty((1, self.core.observer.layout.size), dtype=np.float32)
+        self.core.reset(self.core.all_craft, observation, episodes)
+        return observation[0], self._info()
+
+    def step(self, action: npt.ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Hold an action for one control period.
+
+        Parameters
+        ----------
+        action
+            (wheels,) fractions of the torque limits.
+
+        Returns
+        -------
+        Observation, reward, terminated, truncated, info.
+
+        Raises
+        ------
+        ValueError
+            If the action has the wrong shape or is not finite.
+        """
+        action = np.asarray(action)
+        if action.shape != self.action_space.shape:
+            raise ValueError(f"action must have shape {self.action_space.shape}, got {action.shape}")
+        observation, terms, terminated, truncated = self.core.step(action[None])
+        values = terms[0].tolist()
+        info = self._info()
+        info["reward_terms"] = dict(zip(TERMS, values, strict=True))
+        return observation[0], sum(values), bool(terminated[0]), bool(truncated[0]), info
+
+    def _info(self) -> dict[str, Any]:
+        return {name: values[0].item() for name, values in self.core.facts().items()}

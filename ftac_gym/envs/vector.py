@@ -1,0 +1,229 @@
+"""Many faulty spacecraft at once as a native Gymnasium vector environment."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import numpy.typing as npt
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from ftac_gym.envs.core import BoolArray, Core, check_render_mode, resolve_scenario
+from ftac_gym.envs.reward import TERMS
+from ftac_gym.episodes import Episodes
+from ftac_gym.measurement import Measurement
+from ftac_gym.parameters import FloatArray, require
+from ftac_gym.scenario import Scenario
+
+Observation = npt.NDArray[np.float32]
+
+
+class SpacecraftFTCVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
+    """N craft that step together; element by element the same as N of :class:`SpacecraftFTCEnv`.
+
+    Craft ``i`` of ``reset(seed=s)`` is the single environment after ``reset(seed=s + i)``. Spaces, rewards and info
+    keys are those of the single environment, with Gymnasium's conventions for vectors: ``info`` holds arrays with masks
+    ``_name``, and in same-step mode ``final_obs`` and ``final_info``.
+
+    Parameters
+    ----------
+    num_envs
+        Number of craft.
+    scenario, observation, render_mode, default_scenario, **scenario_changes
+        As for the single environment.
+    autoreset_mode
+        What happens when an episode ends: ``"NextStep"``, ``"SameStep"`` or ``"Disabled"``, or the enum.
+    max_episode_steps
+        Truncate after this many steps, if that comes before the scenario's duration.
+    threads
+        Threads that share the craft; the result does not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a name is unknown or a value breaks a rule.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        scenario: Scenario | Mapping[str, Any] | str | None = None,
+        observation: str = "attitude",
+        render_mode: str | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        max_episode_steps: int | None = None,
+        threads: int = 1,
+        default_scenario: str = "flagship",
+        **scenario_changes: Any,
+    ) -> None:
+        check_render_mode(render_mode, self.metadata["render_modes"])
+        valid = isinstance(num_envs, (int, np.integer)) and num_envs > 0
+        require(valid, "num_envs", "must be a positive integer", num_envs)
+        known = [mode.value for mode in AutoresetMode]
+        valid = isinstance(autoreset_mode, AutoresetMode) or autoreset_mode in known
+        require(valid, "autoreset_mode", f"must be an AutoresetMode or one of {known}", autoreset_mode)
+        self.render_mode = render_mode
+        self.num_envs = int(num_envs)
+        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
+        chosen = resolve_scenario(scenario, default_scenario, scenario_changes)
+        self.core = Core(chosen, observation, self.num_envs, threads)
+        if max_episode_steps is not None:
+            require(max_episode_steps > 0, "max_episode_steps", "must be positive", max_episode_steps)
+            self.core.horizon = min(self.core.horizon, int(max_episode_steps))
+        self.single_observation_space = self.core.observation_space
+        self.single_action_space = self.core.action_space
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self._seeded = False
+        self._observation = np.zeros((self.num_envs, self.core.observer.layout.size), dtype=np.float32)
+        self._ended = np.zeros(self.num_envs, dtype=np.bool_)
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario."""
+        return self.core.scenario
+
+    @property
+    def observation_slices(self) -> dict[str, slice]:
+        """Where each named part of a craft's observation lies."""
+        return dict(self.core.observer.layout.slices)
+
+    def measurement(self) -> Measurement:
+        """Return what the craft measure now: the input of baselines."""
+        return self.core.measurement()
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Start the next episodes.
+
+        Parameters
+        ----------
+        seed
+            An integer s seeds craft i with s + i; a sequence seeds each craft, None among them going on; None goes on
+            with all.
+        options
+            ``{"reset_mask": mask}`` (N,) resets only some craft; ``{"episodes": Episodes}`` replays the given episodes,
+            one per craft that is reset.
+
+        Returns
+        -------
+        Observations (N, size) and infos.
+
+        Raises
+        ------
+        ValueError
+            If the mask is not a boolean array (N,) with at least one True, or the seeds are not N.
+        """
+        mask = self._reset_mask(options)
+        chosen = np.flatnonzero(mask)
+        self._seed(seed, chosen)
+        episodes = (options or {}).get("episodes")
+        valid = episodes is None or isinstance(episodes, Episodes)
+        require(valid, 'options["episodes"]', "must be an Episodes object", episodes)
+        self.core.reset(chosen, self._observation, episodes)
+        self._ended[chosen] = False
+        return self._observation.copy(), _masked(self.core.facts(), mask)
+
+    def step(self, actions: npt.ArrayLike) -> tuple[Observation, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
+        """Hold an action for one control period on every craft.
+
+        Parameters
+        ----------
+        actions
+            (N, wheels) fractions of the torque limits.
+
+        Returns
+        -------
+        Observations, rewards, terminations, truncations and infos, in fresh arrays.
+
+        Raises
+        ------
+        ValueError
+            If the actions have the wrong shape or are not finite.
+        gymnasium.error.ResetNeeded
+            In disabled mode, if a craft whose episode has ended was not reset.
+        """
+        disabled = self.autoreset_mode is AutoresetMode.DISABLED
+        if disabled and self._ended.any():
+            waiting = np.flatnonzero(self._ended).tolist()
+            raise gym.error.ResetNeeded(f"craft {waiting} have ended; reset them with options={{'reset_mask': mask}}")
+        observation, terms, terminated, truncated = self.core.step(actions)
+        truncated = truncated.copy()
+        stepped = np.ones(self.num_envs, dtype=np.bool_)
+        if self.autoreset_mode is AutoresetMode.NEXT_STEP and self._ended.any():
+            restarted = np.flatnonzero(self._ended)
+            self.core.reset(restarted, observation, None)
+            stepped[restarted] = False
+            terms[restarted] = 0.0
+            terminated[restarted] = False
+            truncated[restarted] = False
+        self._ended = terminated | truncated
+        facts = self.core.facts()
+        infos: dict[str, Any] = {}
+        finished = np.flatnonzero(self._ended)
+        reward_terms = _masked(dict(zip(TERMS, terms.T.copy(), strict=True)), stepped)
+        if self.autoreset_mode is AutoresetMode.SAME_STEP and finished.size:
+            mask = self._ended
+            final_observation = np.full(self.num_envs, None, dtype=object)
+            for craft in finished:
+                final_observation[craft] = observation[craft].copy()
+            final_terms = {name: np.where(mask, values, 0.0) for name, values in zip(TERMS, terms.T, strict=True)}
+            final_facts = {name: np.where(mask, values, values.dtype.type(0)) for name, values in facts.items()}
+            final_info = _masked(final_facts, mask)
+            final_info.update({"reward_terms": _masked(final_terms, mask), "_reward_terms": mask.copy()})
+            infos.update({"final_obs": final_observation, "_final_obs": mask.copy()})
+            infos.update({"final_info": final_info, "_final_info": mask.copy()})
+            self.core.reset(finished, observation, None)
+            facts = self.core.facts()
+            stepped[finished] = False
+            kept = {name: np.where(mask, 0.0, values) for name, values in zip(TERMS, terms.T, strict=True)}
+            reward_terms = _masked(kept, stepped)
+        infos.update(_masked(facts, np.ones(self.num_envs, dtype=np.bool_)))
+        if stepped.any():
+            infos.update({"reward_terms": reward_terms, "_reward_terms": stepped})
+        self._observation = observation
+        return observation.copy(), terms.sum(axis=1), terminated, truncated, infos
+
+    def _reset_mask(self, options: dict[str, Any] | None) -> BoolArray:
+        mask = (options or {}).get("reset_mask")
+        if mask is None:
+            return np.ones(self.num_envs, dtype=np.bool_)
+        valid = isinstance(mask, np.ndarray) and mask.dtype == np.bool_ and mask.shape == (self.num_envs,)
+        rule = f"must be a boolean array of shape ({self.num_envs},) with at least one True"
+        require(valid and bool(mask.any()), 'options["reset_mask"]', rule, mask)
+        chosen: BoolArray = mask
+        return chosen
+
+    def _seed(self, seed: int | Sequence[int | None] | None, chosen: npt.NDArray[np.int64]) -> None:
+        if seed is None and not self._seeded:
+            seed = int(self.np_random.integers(2**62))
+        self._seeded = True
+        if seed is None:
+            return
+        if isinstance(seed, (int, np.integer)):
+            super().reset(seed=int(seed))
+            seeds: Sequence[int | None] = [int(seed) + craft for craft in range(self.num_envs)]
+        else:
+            seeds = seed
+        require(len(seeds) == self.num_envs, "seed", f"must be an integer or {self.num_envs} seeds", seed)
+        for craft in chosen:
+            value = seeds[craft]
+            if value is not None:
+                self.core.seed(int(craft), value)
+
+
+def _masked(values: Mapping[str, Any], mask: BoolArray) -> dict[str, Any]:
+    """Return the arrays by name, each followed by its mask ``_name``; what the mask hides is zeroed."""
+    infos: dict[str, Any] = {}
+    whole = bool(mask.all())
+    for name, array in values.items():
+        infos[name] = array if whole else np.where(mask, array, np.zeros((), array.dtype))
+        infos[f"_{name}"] = mask.copy()
+    return infos

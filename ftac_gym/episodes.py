@@ -1,0 +1,109 @@
+"""Drawn episodes: all the numbers that make one replayable."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass, fields
+from os import PathLike
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+RecordArray = npt.NDArray[np.void]
+Selection = int | slice | npt.NDArray[Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Episodes:
+    """The drawn numbers of N episodes, one array per concept with the episode on the first axis.
+
+    Episode ``k`` of seed ``s`` is the same whatever policy runs, on one craft or on a thousand.
+
+    Attributes
+    ----------
+    scenario_json
+        The scenario they were drawn from.
+    key
+        (N, 2) cipher keys of the seeds.
+    index
+        (N,) episode number within its seed.
+    initial
+        Records attitude, rate [rad/s], wheel_momentum [N m s], (N,).
+    inertia
+        INERTIA records (N,).
+    faults
+        FAULT records (N, wheels, layers).
+    disturbance
+        DISTURBANCE records (N,).
+    harmonics
+        HARMONIC records (N, K).
+    sensors
+        SENSOR records (N,).
+    reference
+        REFERENCE records (N,).
+    set_points
+        SET_POINT records (N, points).
+    feasible
+        (N,) whether the remaining wheels can do the task; see :mod:`ftac_gym.feasibility`.
+    """
+
+    scenario_json: str
+    key: npt.NDArray[np.uint32]
+    index: npt.NDArray[np.int64]
+    initial: RecordArray
+    inertia: RecordArray
+    faults: RecordArray
+    disturbance: RecordArray
+    harmonics: RecordArray
+    sensors: RecordArray
+    reference: RecordArray
+    set_points: RecordArray
+    feasible: npt.NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        """Number of episodes N."""
+        return len(self.index)
+
+    def __getitem__(self, selection: Selection) -> Episodes:
+        """Return some of the episodes; an integer gives one episode, ready to replay."""
+        if isinstance(selection, (int, np.integer)):
+            if not -len(self) <= selection < len(self):
+                raise IndexError(f"episode {selection} of {len(self)}")
+            position = int(selection) % len(self)
+            selection = slice(position, position + 1)
+        return Episodes(self.scenario_json, *(array[selection] for array in self.arrays().values()))
+
+    def arrays(self) -> dict[str, npt.NDArray[Any]]:
+        """All arrays by name, in the order of the fields."""
+        return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "scenario_json"}
+
+    def digest(self) -> str:
+        """Return the SHA-256 of the scenario and of all numbers, in hexadecimal."""
+        state = hashlib.sha256(self.scenario_json.encode())
+        for name, array in self.arrays().items():
+            state.update(f"{name}{array.shape}{json.dumps(array.dtype.descr)}".encode())
+            state.update(np.ascontiguousarray(array).tobytes())
+        return state.hexdigest()
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the episodes to an ``.npz`` file."""
+        with open(path, "wb") as file:
+            np.savez_compressed(file, scenario_json=np.array(self.scenario_json), **self.arrays())  # type: ignore[arg-type]
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> Episodes:
+        """Read what :meth:`save` wrote.
+
+        Raises
+        ------
+        ValueError
+            If the file holds no episodes.
+        """
+        with np.load(path, allow_pickle=False) as data:
+            names = [field.name for field in fields(cls)]
+            if missing := [name for name in names if name not in data]:
+                raise ValueError(f"{path} holds no episodes: it lacks {missing[0]!r}")
+            values = {name: data[name] for name in names}
+        return cls(**{**values, "scenario_json": str(values["scenario_json"])})

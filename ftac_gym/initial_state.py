@@ -1,0 +1,135 @@
+"""Where an episode starts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ftac_gym import attitude as attitudes
+from ftac_gym.parameters import (
+    FloatArray,
+    Interval,
+    Vector,
+    bounds,
+    draw,
+    interval,
+    non_negative,
+    require,
+    unit_quaternion,
+    vector,
+)
+
+
+def initial_dtype(wheels: int) -> np.dtype[np.void]:
+    """Return the record of a start: attitude (4,), rate (3,) [rad/s], wheel_momentum (wheels,) [N m s]."""
+    return np.dtype([("attitude", "f8", (4,)), ("rate", "f8", (3,)), ("wheel_momentum", "f8", (wheels,))])
+
+
+@dataclass(frozen=True)
+class InitialState:
+    """Distribution of attitude, rate and wheel momentum at time zero.
+
+    Parameters
+    ----------
+    attitude
+        Fixed quaternion; None draws one at random.
+    angle
+        Angle from the inertial frame of a random attitude [rad], its axis uniform on the sphere; None makes the
+        attitude uniform over all rotations.
+    rate
+        Fixed body rate [rad/s]; None draws a direction uniformly and a magnitude uniformly below ``max_rate``.
+    max_rate
+        Largest magnitude of a random rate [rad/s].
+    wheel_momentum
+        Momentum of each wheel [N m s]: one interval for all wheels, or a fixed value per wheel.
+    """
+
+    attitude: Vector | None = None
+    angle: Interval | None = None
+    rate: Vector | None = None
+    max_rate: float = 0.0
+    wheel_momentum: Interval | Vector = 0.0
+
+    def __post_init__(self) -> None:
+        """Check and normalise the fields."""
+        if self.attitude is not None:
+            object.__setattr__(self, "attitude", unit_quaternion(self.attitude, "attitude"))
+        if self.angle is not None:
+            object.__setattr__(self, "angle", interval(self.angle, "angle"))
+            low, high = bounds(self.angle)
+            require(low >= 0.0 and high <= math.pi, "angle", "must stay within [0, pi]", self.angle)
+        if self.rate is not None:
+            object.__setattr__(self, "rate", vector(self.rate, 3, "rate"))
+        object.__setattr__(self, "max_rate", non_negative(self.max_rate, "max_rate"))
+        momentum = self.wheel_momentum
+        if isinstance(momentum, (tuple, list)) and len(momentum) != 2:
+            object.__setattr__(self, "wheel_momentum", vector(momentum, len(momentum), "wheel_momentum"))
+        else:
+            object.__setattr__(self, "wheel_momentum", interval(momentum, "wheel_momentum"))
+
+    @classmethod
+    def fixed(
+        cls,
+        attitude: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        rate: Sequence[float] = (0.0, 0.0, 0.0),
+        wheel_momentum: float | Sequence[float] = 0.0,
+    ) -> InitialState:
+        """Build a fixed start from a quaternion, a rate [rad/s] and the wheel momentum [N m s]."""
+        momentum = wheel_momentum if isinstance(wheel_momentum, (int, float)) else tuple(wheel_momentum)
+        return cls(attitude=tuple(attitude), rate=tuple(rate), wheel_momentum=momentum)
+
+    def uniform_count(self, wheels: int) -> int:
+        """How many uniform deviates one episode needs."""
+        return 7 + wheels
+
+    def draw(self, uniform: FloatArray, momentum_limits: FloatArray) -> npt.NDArray[np.void]:
+        """Draw N starts.
+
+        Parameters
+        ----------
+        uniform
+            (N, uniform_count) uniform deviates.
+        momentum_limits
+            (wheels,) momentum limits [N m s].
+
+        Raises
+        ------
+        ValueError
+            If a wheel would start beyond its momentum limit, or the number of momenta is not that of the wheels.
+        """
+        count, wheels = len(uniform), len(momentum_limits)
+        table = np.zeros(count, initial_dtype(wheels))
+        if self.attitude is not None:
+            table["attitude"] = self.attitude
+        elif self.angle is None:
+            table["attitude"] = attitudes.random_quaternion_from_uniforms(uniform[:, 0:3])
+        else:
+            angle = draw(self.angle, uniform[:, 2])
+            rotation = angle[:, None] * _directions(uniform[:, 0:2])
+            table["attitude"] = attitudes.quaternion_from_rotation_vector(rotation)
+        if self.rate is not None:
+            table["rate"] = self.rate
+        else:
+            table["rate"] = (self.max_rate * uniform[:, 3])[:, None] * _directions(uniform[:, 4:6])
+        momentum = self.wheel_momentum
+        if isinstance(momentum, tuple) and len(momentum) != 2:
+            require(len(momentum) == wheels, "wheel_momentum", f"must have {wheels} values", momentum)
+            table["wheel_momentum"] = momentum
+        else:
+            table["wheel_momentum"] = draw(momentum, uniform[:, 7:])
+        largest = np.abs(table["wheel_momentum"]).max(axis=0, initial=0.0)
+        within = bool(np.all(largest <= momentum_limits))
+        require(within, "wheel_momentum", f"must stay within the limits {momentum_limits}", largest.tolist())
+        return table
+
+
+def _directions(uniform: FloatArray) -> FloatArray:
+    """Uniform unit vectors (N, 3) from uniform deviates (N, 2)."""
+    height = 2.0 * uniform[:, 0] - 1.0
+    radius = np.sqrt(1.0 - height * height)
+    longitude = 2.0 * np.pi * uniform[:, 1]
+    return np.stack([radius * np.cos(longitude), radius * np.sin(longitude), height], axis=1)

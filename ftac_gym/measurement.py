@@ -1,0 +1,45 @@
+"""What on-board software gets: the one input of every policy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ftac_gym.parameters import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """Measured state and commanded attitude of N craft with m wheels, float64.
+
+    Attributes
+    ----------
+    time
+        (N,) time since the start of the episode [s].
+    attitude
+        (N, 4) measured quaternion, body relative to inertial, scalar first.
+    rate
+        (N, 3) measured body rate in body axes [rad/s].
+    wheel_momentum
+        (N, m) wheel momenta from the tachometers [N m s]; only the telemetry tier may use it.
+    last_command
+        (N, m) wheel torques commanded in the period that has just ended, within the limits [N m]; zero at the start.
+    reference_attitude
+        (N, 4) commanded quaternion.
+    reference_rate
+        (N, 3) rate of the reference, in the reference frame's axes [rad/s].
+    reference_acceleration
+        (N, 3) its derivative, in the same axes [rad/s^2].
+    """
+
+    time: FloatArray
+    attitude: FloatArray
+    rate: FloatArray
+    wheel_momentum: FloatArray
+    last_command: FloatArray
+    reference_attitude: FloatArray
+    reference_rate: FloatArray
+    reference_acceleration: FloatArray
+
+    def __len__(self) -> int:
+        """Number of craft N."""
+        return len(self.time)

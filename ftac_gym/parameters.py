@@ -1,0 +1,101 @@
+"""Checked parameters and uniform ranges, the vocabulary of every scenario dataclass."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+
+Interval = float | tuple[float, float]
+"""A fixed value, or a uniform distribution between a lower and an upper bound."""
+
+Intervals = tuple[Interval, Interval, Interval]
+"""One interval per body axis."""
+
+Vector = tuple[float, ...]
+Matrix = tuple[tuple[float, ...], ...]
+
+
+def require(condition: bool, field: str, rule: str, value: object) -> None:
+    """Raise a ValueError that names the field, the rule and the offending value unless the condition holds."""
+    if not condition:
+        raise ValueError(f"{field} {rule}, got {value!r}")
+
+
+def finite(value: float, field: str) -> float:
+    """Return the value as a float; raise a ValueError unless it is one finite number."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"{field} must be a number, got {value!r}") from None
+    require(math.isfinite(number), field, "must be finite", value)
+    return number
+
+
+def positive(value: float, field: str) -> float:
+    """Return the value as a float; raise a ValueError unless it is finite and above zero."""
+    number = finite(value, field)
+    require(number > 0.0, field, "must be positive", value)
+    return number
+
+
+def non_negative(value: float, field: str) -> float:
+    """Return the value as a float; raise a ValueError unless it is finite and not below zero."""
+    number = finite(value, field)
+    require(number >= 0.0, field, "must not be negative", value)
+    return number
+
+
+def vector(values: Sequence[float], length: int, field: str) -> Vector:
+    """Return the values as a tuple of floats; raise a ValueError unless there are ``length`` finite numbers."""
+    array = np.asarray(values, dtype=float)
+    require(array.shape == (length,), field, f"must have {length} numbers", values)
+    require(bool(np.isfinite(array).all()), field, "must be finite", values)
+    return tuple(float(value) for value in array)
+
+
+def unit_quaternion(values: Sequence[float], field: str) -> Vector:
+    """Return the values as a tuple; raise a ValueError unless they are a unit quaternion (scalar first) to 1e-3."""
+    quaternion = vector(values, 4, field)
+    norm = math.sqrt(sum(value * value for value in quaternion))
+    require(abs(norm - 1.0) < 1e-3, field, "must be a unit quaternion, scalar first", values)
+    return tuple(value / norm for value in quaternion)
+
+
+def interval(value: Interval, field: str) -> Interval:
+    """Return a checked interval: a float, or a pair (low, high) with low <= high."""
+    if isinstance(value, (tuple, list)):
+        require(len(value) == 2, field, "must be a number or a pair (low, high)", value)
+        low, high = finite(value[0], field), finite(value[1], field)
+        require(low <= high, field, "must have low <= high", value)
+        return (low, high)
+    return finite(value, field)
+
+
+def intervals(values: Sequence[Interval], field: str) -> Intervals:
+    """Return three checked intervals, one per body axis."""
+    require(not isinstance(values, (int, float)) and len(values) == 3, field, "must have three entries", values)
+    first, second, third = (interval(value, f"{field}[{axis}]") for axis, value in enumerate(values))
+    return (first, second, third)
+
+
+def bounds(value: Interval) -> tuple[float, float]:
+    """Return (low, high) of an interval; both are the value itself when it is fixed."""
+    return value if isinstance(value, tuple) else (value, value)
+
+
+def draw(value: Interval, uniform: FloatArray) -> FloatArray:
+    """Map uniform deviates in [0, 1) onto an interval, elementwise."""
+    low, high = bounds(value)
+    return low + (high - low) * uniform
+
+
+def draw_axes(values: Intervals, uniform: FloatArray) -> FloatArray:
+    """Map uniform deviates (N, 3) onto one interval per axis."""
+    low, high = np.array([bounds(value) for value in values]).T
+    drawn: FloatArray = low + (high - low) * uniform
+    return drawn

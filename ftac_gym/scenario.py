@@ -1,0 +1,330 @@
+"""A scenario: everything that defines a task, and the drawing of its episodes."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ftac_gym import feasibility
+from ftac_gym.disturbances import DISTURBANCE, HARMONIC, Disturbance, Harmonic
+from ftac_gym.episodes import Episodes, RecordArray
+from ftac_gym.faults import (
+    Bias,
+    FaultDistribution,
+    FaultSchedule,
+    HardOver,
+    LockInPlace,
+    LossOfEffectiveness,
+    Outage,
+    no_faults,
+)
+from ftac_gym.inertia import InertiaUncertainty, exact_inertia
+from ftac_gym.initial_state import InitialState
+from ftac_gym.parameters import FloatArray, non_negative, positive, require
+from ftac_gym.references import MRPSinusoid, RateProfile, Reference, SetPoints
+from ftac_gym.sensors import SENSOR, SensorErrors
+from ftac_gym.serialization import from_plain, to_plain
+from ftac_gym.spacecraft import Spacecraft, WheelArray
+
+
+@dataclass(frozen=True)
+class RewardWeights:
+    """Weights of the reward terms; each term is documented in :mod:`ftac_gym.envs.reward`.
+
+    Parameters
+    ----------
+    progress
+        Of the potential-based shaping term, per radian.
+    precision
+        Of the logarithmic pointing term.
+    rate
+        Of the rate error, per (rad/s)^2.
+    effort
+        Of the mean squared wheel command over the limit.
+    smoothness
+        Of the mean squared change of the wheel command over the limit.
+    on_target
+        Per step inside the success cone.
+    tumble
+        Penalty when the episode ends by tumbling.
+    """
+
+    progress: float = 10.0
+    precision: float = 0.1
+    rate: float = 0.0
+    effort: float = 0.01
+    smoothness: float = 0.02
+    on_target: float = 0.1
+    tumble: float = 50.0
+
+    def __post_init__(self) -> None:
+        """Check the weights."""
+        for item in dataclasses.fields(self):
+            object.__setattr__(self, item.name, non_negative(getattr(self, item.name), item.name))
+
+
+@dataclass(frozen=True)
+class SuccessCriterion:
+    """When an episode counts as a success: inside the cone and slow for the last seconds.
+
+    Parameters
+    ----------
+    angle
+        Half-angle of the cone [rad].
+    rate
+        Largest rate error [rad/s].
+    hold
+        How long before the end both must hold [s].
+    """
+
+    angle: float = float(np.radians(0.1))
+    rate: float = float(np.radians(0.02))
+    hold: float = 20.0
+
+    def __post_init__(self) -> None:
+        """Check the limits."""
+        for item in dataclasses.fields(self):
+            object.__setattr__(self, item.name, positive(getattr(self, item.name), item.name))
+
+
+def _multiple(value: float, unit: float, name: str, unit_name: str) -> int:
+    count = round(value / unit)
+    whole = count >= 1 and abs(count * unit - value) <= 1e-9 * max(1.0, value)
+    require(whole, name, f"must be a multiple of {unit_name} = {unit!r} s", value)
+    return count
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scenario:
+    """Immutable description of a task; ``None`` switches a part off.
+
+    Parameters
+    ----------
+    name
+        Name, for reports.
+    spacecraft
+        Nominal spacecraft.
+    initial_state
+        Distribution of the start.
+    reference
+        Attitude command.
+    faults
+        Fault distribution or schedule.
+    disturbance
+        External torque.
+    sensors
+        Sensor errors.
+    inertia_uncertainty
+        How the true inertia differs from the nominal one.
+    control_period
+        Time between two commands [s]; a multiple of ``physics_step``.
+    physics_step
+        Step of the plant's integrator [s].
+    duration
+        Length of an episode [s]; a multiple of ``control_period``.
+    tumble_rate
+        The environment ends an episode when the body turns faster than this [rad/s]; None never ends it.
+    reward
+        Reward weights.
+    success
+        Success criterion.
+
+    Raises
+    ------
+    ValueError
+        If a value breaks a rule; the message names the field and the rule.
+    """
+
+    name: str
+    spacecraft: Spacecraft
+    initial_state: InitialState = field(default_factory=InitialState)
+    reference: Reference = field(default_factory=SetPoints)
+    faults: FaultDistribution | FaultSchedule | None = None
+    disturbance: Disturbance | None = None
+    sensors: SensorErrors | None = None
+    inertia_uncertainty: InertiaUncertainty | None = None
+    control_period: float = 0.1
+    physics_step: float = 0.02
+    duration: float = 120.0
+    tumble_rate: float | None = None
+    reward: RewardWeights = field(default_factory=RewardWeights)
+    success: SuccessCriterion = field(default_factory=SuccessCriterion)
+
+    def __post_init__(self) -> None:
+        """Check the fields, each alone and together."""
+        for item in dataclasses.fields(self):
+            value = getattr(self, item.name)
+            if item.name in _FIELD_CLASSES:
+                classes = _FIELD_CLASSES[item.name]
+                names = " or ".join("None" if entry is type(None) else entry.__name__ for entry in classes)
+                require(isinstance(value, classes), item.name, f"must be a {names}", value)
+        for name in ("control_period", "physics_step", "duration"):
+            object.__setattr__(self, name, positive(getattr(self, name), name))
+        _multiple(self.control_period, self.physics_step, "control_period", "physics_step")
+        _multiple(self.duration, self.control_period, "duration", "control_period")
+        if self.tumble_rate is not None:
+            object.__setattr__(self, "tumble_rate", positive(self.tumble_rate, "tumble_rate"))
+        if self.faults is not None:
+            self.faults.check(self.spacecraft.wheels.count)
+
+    @property
+    def substeps(self) -> int:
+        """Physics steps per control period."""
+        return _multiple(self.control_period, self.physics_step, "control_period", "physics_step")
+
+    @property
+    def horizon(self) -> int:
+        """Control periods per episode."""
+        return _multiple(self.duration, self.control_period, "duration", "control_period")
+
+    def replace(self, **changes: Any) -> Scenario:
+        """Return a copy with some fields changed.
+
+        A part may also be given as the plain dict that :meth:`to_dict` would make of it.
+
+        Raises
+        ------
+        ValueError
+            If a name is no field of a scenario, or a value breaks a rule.
+        """
+        known = [item.name for item in dataclasses.fields(self)]
+        for name in changes:
+            require(name in known, "scenario change", f"must be one of {known}", name)
+        rebuilt = {
+            name: from_plain(value, _CLASSES) if isinstance(value, Mapping) else value
+            for name, value in changes.items()
+        }
+        return dataclasses.replace(self, **rebuilt)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain JSON data."""
+        plain: dict[str, Any] = to_plain(self)
+        return plain
+
+    @cached_property
+    def _json(self) -> str:
+        return json.dumps(self.to_dict(), allow_nan=False)
+
+    def to_json(self) -> str:
+        """Return the scenario as JSON text."""
+        return self._json
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Scenario:
+        """Rebuild what :meth:`to_dict` made; raises ValueError for anything else."""
+        scenario = from_plain(data, _CLASSES)
+        require(isinstance(scenario, Scenario), "scenario", "must describe a Scenario", type(scenario).__name__)
+        return scenario  # type: ignore[no-any-return]
+
+    @classmethod
+    def from_json(cls, text: str) -> Scenario:
+        """Rebuild what :meth:`to_json` made; raises ValueError for anything else."""
+        return cls.from_dict(json.loads(text))
+
+    def draw(self, seed: int, count: int) -> Episodes:
+        """Draw episodes 0 to ``count - 1`` of a seed.
+
+        Raises
+        ------
+        ValueError
+            If the seed is negative or the count is not positive.
+        """
+        require(isinstance(seed, (int, np.integer)) and seed >= 0, "seed", "must be a non-negative integer", seed)
+        require(isinstance(count, (int, np.integer)) and count > 0, "count", "must be a positive integer", count)
+        return draw_episodes(self, [int(seed)] * int(count), np.arange(count))
+
+
+def draw_episodes(scenario: Scenario, seeds: Sequence[int], index: np.ndarray) -> Episodes:
+    """Draw one episode for each pair of a seed and an episode number.
+
+    Parameters
+    ----------
+    scenario
+        What to draw from.
+    seeds
+        N seeds.
+    index
+        (N,) episode number within each seed.
+    """
+    from ftac_gym.randomness import keys_from_seeds  # Numba takes half a second to import; draw it in when needed.
+
+    unique, inverse = np.unique(np.array(seeds, dtype=object), return_inverse=True)
+    return draw_from_keys(scenario, keys_from_seeds(unique)[inverse], np.asarray(index, dtype=np.int64))
+
+
+def draw_from_keys(scenario: Scenario, keys: np.ndarray, index: np.ndarray) -> Episodes:
+    """Draw one episode for each pair of a cipher key (N, 2) and an episode number (N,)."""
+    from ftac_gym.randomness import Purpose, uniforms
+
+    count, craft, wheels = len(index), scenario.spacecraft, scenario.spacecraft.wheels
+
+    def deviates(purpose: Purpose, numbers: int) -> FloatArray:
+        return uniforms(keys, index, purpose, numbers)
+
+    start = scenario.initial_state
+    initial = start.draw(deviates(Purpose.INITIAL_STATE, start.uniform_count(wheels.count)), wheels.momentum_limits)
+    if (uncertainty := scenario.inertia_uncertainty) is None:
+        inertia: RecordArray = exact_inertia(craft.inertia_matrix, count)
+    else:
+        inertia = uncertainty.draw(craft.inertia_matrix, deviates(Purpose.INERTIA, uncertainty.uniform_count))
+    if (source := scenario.faults) is None:
+        faults = no_faults(count, wheels.count)
+    else:
+        faults = source.draw(deviates(Purpose.FAULTS, source.uniform_count(wheels.count)), wheels.torque_limits)
+    if (torque := scenario.disturbance) is None:
+        disturbance, harmonics = np.zeros(count, DISTURBANCE), np.zeros((count, 0), HARMONIC)
+    else:
+        disturbance, harmonics = torque.draw(deviates(Purpose.DISTURBANCE, torque.uniform_count))
+    if (errors := scenario.sensors) is None:
+        sensors: RecordArray = np.zeros(count, SENSOR)
+    else:
+        sensors = errors.draw(deviates(Purpose.SENSORS, errors.uniform_count))
+    command = scenario.reference
+    reference, set_points = command.draw(deviates(Purpose.REFERENCE, command.uniform_count))
+
+    largest = np.abs(disturbance["constant"]) + np.hypot(harmonics["sine"], harmonics["cosine"]).sum(axis=1)
+    fastest = np.sum(initial["rate"] ** 2, axis=1) + disturbance["rate_offset"]
+    largest = largest * np.where(disturbance["rate_scaled"] > 0.5, fastest, 1.0)[:, None]
+    return Episodes(
+        scenario_json=scenario.to_json(),
+        key=keys,
+        index=index,
+        initial=initial,
+        inertia=inertia,
+        faults=faults,
+        disturbance=disturbance,
+        harmonics=harmonics,
+        sensors=sensors,
+        reference=reference,
+        set_points=set_points,
+        feasible=feasibility.label(faults, wheels, largest, scenario.duration),
+    )
+
+
+_CLASSES: dict[str, type] = {
+    entry.__name__: entry
+    for entry in (
+        Scenario, Spacecraft, WheelArray, InitialState, SetPoints, MRPSinusoid, RateProfile, FaultDistribution,
+        FaultSchedule, LossOfEffectiveness, Bias, Outage, LockInPlace, HardOver, Disturbance, Harmonic, SensorErrors,
+        InertiaUncertainty, RewardWeights, SuccessCriterion,
+    )
+}  # fmt: skip
+
+_FIELD_CLASSES: dict[str, tuple[type, ...]] = {
+    "name": (str,),
+    "spacecraft": (Spacecraft,),
+    "initial_state": (InitialState,),
+    "reference": (SetPoints, MRPSinusoid, RateProfile),
+    "faults": (FaultDistribution, FaultSchedule, type(None)),
+    "disturbance": (Disturbance, type(None)),
+    "sensors": (SensorErrors, type(None)),
+    "inertia_uncertainty": (InertiaUncertainty, type(None)),
+    "reward": (RewardWeights,),
+    "success": (SuccessCriterion,),
+}

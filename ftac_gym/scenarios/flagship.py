@@ -1,0 +1,89 @@
+"""The flagship: a rest-to-rest slew from anywhere, then fine pointing, while a wheel fails.
+
+The spacecraft is that of Shen et al. 2019 (IEEE TIE 66(5)): a mid-size body with four 0.2 N m, 12 N m s wheels in a
+sign pyramid. The faults are weighted towards those that separate methods: bias, stuck torque and outage, striking while
+torque is needed; loss of effectiveness is there, but rarer.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ftac_gym.disturbances import Disturbance, Harmonic
+from ftac_gym.faults import Bias, FaultDistribution, HardOver, LockInPlace, LossOfEffectiveness, Outage
+from ftac_gym.inertia import InertiaUncertainty
+from ftac_gym.initial_state import InitialState
+from ftac_gym.references import MRPSinusoid
+from ftac_gym.scenario import Scenario
+from ftac_gym.sensors import SensorErrors
+from ftac_gym.spacecraft import Spacecraft, WheelArray
+
+DEGREE = math.pi / 180.0
+DEGREE_PER_HOUR = DEGREE / 3600.0
+
+
+def spacecraft() -> Spacecraft:
+    """Return the nominal spacecraft."""
+    inertia = ((10.0, 1.2, 0.5), (1.2, 19.0, 1.5), (0.5, 1.5, 25.0))  # kg m^2
+    return Spacecraft(inertia, WheelArray.sign_pyramid(torque_limit=0.2, momentum_limit=12.0))
+
+
+def faults() -> FaultDistribution:
+    """Return the training distribution: a tenth healthy, most with one faulty wheel, some with two."""
+    onset = (2.0, 80.0)  # s: during the slew, during settling, during fine pointing
+    return FaultDistribution(
+        kinds=(
+            LossOfEffectiveness(onset=onset, effectiveness=(0.1, 0.8)),
+            LossOfEffectiveness(
+                onset=onset, effectiveness=(0.3, 0.7), amplitude=(0.1, 0.3), frequency=(0.1, 2.0), phase=(0.0, 6.283)
+            ),
+            Bias(onset=onset, constant=(0.01, 0.1), random_sign=True),
+            Bias(onset=onset, slope=(2e-4, 1e-3), random_sign=True),
+            Bias(onset=onset, amplitude=(0.02, 0.08), frequency=(0.05, 0.5), random_sign=True),
+            Bias(onset=onset, constant=(0.03, 0.1), random_sign=True, period=(10.0, 30.0), on_time=(3.0, 10.0)),
+            Outage(onset=onset),
+            LockInPlace(onset=onset),
+            HardOver(onset=onset, fraction=(0.2, 0.5)),
+        ),
+        weights=(1.0, 0.5, 2.0, 1.0, 1.0, 1.0, 1.5, 2.0, 1.0),
+        faulty_wheels=(0.1, 0.75, 0.15),
+    )
+
+
+def disturbance() -> Disturbance:
+    """Return a low-orbit torque: a constant and one slow harmonic."""
+    constant, swing = (-5e-5, 5e-5), (0.0, 1e-4)  # N m
+    phase = (0.0, 2.0 * math.pi)
+    return Disturbance((constant,) * 3, (Harmonic((swing,) * 3, frequency=(1e-3, 0.02), phase=(phase,) * 3),))
+
+
+def flagship() -> Scenario:
+    """Return the scenario of ``SpacecraftFTC-v0``."""
+    return Scenario(
+        name="flagship",
+        spacecraft=spacecraft(),
+        initial_state=InitialState(max_rate=1.0 * DEGREE, wheel_momentum=(-1.0, 1.0)),
+        faults=faults(),
+        disturbance=disturbance(),
+        sensors=SensorErrors(
+            attitude_noise=0.005 * DEGREE,
+            rate_noise=5e-4 * DEGREE,
+            gyro_bias=(-1.0 * DEGREE_PER_HOUR, 1.0 * DEGREE_PER_HOUR),
+            gyro_bias_walk=1e-8,
+        ),
+        inertia_uncertainty=InertiaUncertainty(relative=0.1),
+        control_period=0.1,
+        physics_step=0.02,
+        duration=120.0,
+        tumble_rate=0.5,
+    )
+
+
+def flagship_tracking() -> Scenario:
+    """Return the scenario of ``SpacecraftFTCTracking-v0``: the same craft follows slow sinusoids from close by."""
+    amplitude, frequency, phase = (0.05, 0.15), (0.02, 0.06), (0.0, 2.0 * math.pi)
+    return flagship().replace(
+        name="flagship_tracking",
+        initial_state=InitialState(angle=(0.0, 60.0 * DEGREE), max_rate=1.0 * DEGREE, wheel_momentum=(-1.0, 1.0)),
+        reference=MRPSinusoid(amplitude=(amplitude,) * 3, frequency=(frequency,) * 3, phase=(phase,) * 3),
+    )

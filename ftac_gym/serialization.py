@@ -1,0 +1,48 @@
+"""Frozen dataclasses to plain JSON data and back, with the class named in each object."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+TYPE_KEY = "type"
+
+
+def to_plain(value: Any) -> Any:
+    """Turn a (nested) dataclass into dicts, lists, numbers, strings and None."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = {field.name: to_plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        return {TYPE_KEY: type(value).__name__, **fields}
+    if isinstance(value, (tuple, list)):
+        return [to_plain(item) for item in value]
+    return value
+
+
+def from_plain(value: Any, classes: Mapping[str, type]) -> Any:
+    """Rebuild what :func:`to_plain` wrote.
+
+    Parameters
+    ----------
+    value
+        Plain data; every dict must name its class under ``"type"``.
+    classes
+        The classes that may be built, by name.
+
+    Raises
+    ------
+    ValueError
+        If a dict names no class or an unknown one, or a field that the class does not have.
+    """
+    if isinstance(value, Mapping):
+        name = str(value.get(TYPE_KEY))
+        if name not in classes:
+            raise ValueError(f"{TYPE_KEY} must be one of {sorted(classes)}, got {name!r}")
+        known = {field.name for field in dataclasses.fields(classes[name])}
+        fields = {key: from_plain(item, classes) for key, item in value.items() if key != TYPE_KEY}
+        if unknown := sorted(set(fields) - known):
+            raise ValueError(f"{name} has no field {unknown[0]!r}; its fields are {sorted(known)}")
+        return classes[name](**fields)
+    if isinstance(value, (list, tuple)):
+        return tuple(from_plain(item, classes) for item in value)
+    return value
