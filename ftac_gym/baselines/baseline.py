@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.baselines.estimate import FaultEstimate
+from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.policy import BaselinePolicy
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, require
@@ -37,6 +38,8 @@ class Baseline(ABC):
         require(num_craft > 0, "num_craft", "must be positive", num_craft)
         self.scenario = scenario
         self.num_craft = int(num_craft)
+        self.memory = Memory(self.num_craft)
+        """All that the baseline and its observers carry from one call to the next."""
 
     @abstractmethod
     def act(self, measurement: Measurement) -> FloatArray:
@@ -47,11 +50,14 @@ class Baseline(ABC):
         chosen = np.ones(self.num_craft, dtype=np.bool_) if mask is None else np.asarray(mask)
         valid = chosen.shape == (self.num_craft,) and chosen.dtype == np.bool_
         require(valid, "mask", f"must be a boolean array of shape ({self.num_craft},)", mask)
-        self._forget(chosen)
+        self.memory.reset(chosen)
 
-    def _forget(self, chosen: BoolArray) -> None:
-        """Reset the state of the chosen craft; a baseline without state has nothing to do."""
-        return
+    def act_only(self, measurement: Measurement, mask: BoolArray) -> FloatArray:
+        """Act for the craft in the mask (N,) alone: the memory of the others is kept, their rows mean nothing."""
+        before = self.memory.copy()
+        command = self.act(measurement)
+        self.memory.restore(before, ~mask)
+        return command
 
     @property
     def estimate(self) -> FaultEstimate | None:

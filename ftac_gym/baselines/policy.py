@@ -28,14 +28,15 @@ def measurement_of(env: Any) -> Measurement:
     ValueError
         If the environment has no measurement.
     """
-    if callable(getattr(env, "env_method", None)):
-        parts = env.env_method("measurement")
-        names = [field.name for field in dataclasses.fields(Measurement)]
-        return Measurement(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
     source = getattr(env, "unwrapped", env)
-    require(callable(getattr(source, "measurement", None)), "env", "must have a measurement() method", env)
-    measurement: Measurement = source.measurement()
-    return measurement
+    if callable(getattr(source, "measurement", None)):
+        measurement: Measurement = source.measurement()
+        return measurement
+    # Stable-Baselines3's own vector environments hold single environments.
+    require(callable(getattr(env, "env_method", None)), "env", "must have a measurement() method", env)
+    parts = env.env_method("measurement")
+    names = [field.name for field in dataclasses.fields(Measurement)]
+    return Measurement(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
 
 def as_action(command: FloatArray, torque_limits: FloatArray) -> FloatArray:

@@ -30,7 +30,8 @@ def wheel_torque(faults: Any, command: float, last: float, time: float, step: fl
     """Torque of one wheel on the body at the start, the middle and the end of a physics step [N m].
 
     ``faults`` is the wheel's layers of FAULT records and ``command`` is within the torque limit. The set of acting
-    faults is decided at the start of the step. A locked wheel repeats ``last``, the torque it applied at the end of the step before.
+    faults is decided at the start of the step. A locked wheel repeats ``last``, the torque it applied at the end of the
+    step before.
     """
     start, middle, end = 1.0, 1.0, 1.0
     bias_start, bias_middle, bias_end = 0.0, 0.0, 0.0

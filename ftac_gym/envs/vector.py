@@ -83,6 +83,8 @@ class SpacecraftFTCVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArra
         self._seeded = False
         self._observation = np.zeros((self.num_envs, self.core.observer.layout.size), dtype=np.float32)
         self._ended = np.zeros(self.num_envs, dtype=np.bool_)
+        self.final_measurement: Measurement | None = None
+        """Same-step mode: what the craft measured just before the latest automatic reset."""
 
     @property
     def scenario(self) -> Scenario:
@@ -180,6 +182,7 @@ class SpacecraftFTCVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArra
             final_info.update({"reward_terms": _masked(final_terms, mask), "_reward_terms": mask.copy()})
             infos.update({"final_obs": final_observation, "_final_obs": mask.copy()})
             infos.update({"final_info": final_info, "_final_info": mask.copy()})
+            self.final_measurement = self.core.measurement()
             self.core.reset(finished, observation, None)
             facts = self.core.facts()
             stepped[finished] = False

@@ -8,11 +8,11 @@ import numpy as np
 
 from ftac_gym.attitude import cross, quaternion_error, rotate_to_body
 from ftac_gym.baselines.allocation import MinimaxAllocation, pseudo_inverse, scale_to_limits
-from ftac_gym.baselines.baseline import Baseline, BoolArray
+from ftac_gym.baselines.baseline import Baseline
 from ftac_gym.baselines.estimate import FaultEstimate
-from ftac_gym.baselines.observers.disturbance_observer import DisturbanceObserver
+from ftac_gym.baselines.observers.disturbance_observer import DisturbanceObserver, GyroscopicModel
 from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, non_negative, positive, require
+from ftac_gym.parameters import FloatArray, positive, require
 from ftac_gym.scenario import Scenario
 
 
@@ -79,7 +79,7 @@ class PD(Baseline):
         require(allocation in known, "allocation", f"must be one of {list(known)}", allocation)
         self._minimax = MinimaxAllocation(wheels)
         self._inverse = pseudo_inverse(wheels.axis_matrix).T if allocation == "pseudo_inverse" else None
-        self._model = DisturbanceObserver(scenario, num_craft, 1.0, telemetry)
+        self._gyroscopic = GyroscopicModel(scenario, telemetry)
 
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m]."""
@@ -112,7 +112,7 @@ class PD(Baseline):
             turning = cross(rate_error, reference_rate)
             acceleration += rotate_to_body(error, measurement.reference_acceleration) - turning
         torque = acceleration @ self._inertia
-        demand: FloatArray = torque + self._model.gyroscopic_torque(measurement.rate, measurement.wheel_momentum)
+        demand: FloatArray = torque + self._gyroscopic.torque(measurement.rate, measurement.wheel_momentum)
         return demand
 
     def _allocate(self, torque: FloatArray) -> FloatArray:
@@ -140,16 +140,13 @@ class PDDisturbanceObserver(PD):
         **gains: Any,
     ) -> None:
         super().__init__(scenario, num_craft, telemetry=telemetry, **gains)
-        self._model = DisturbanceObserver(scenario, num_craft, non_negative(bandwidth, "bandwidth"), telemetry)
+        self._observer = DisturbanceObserver(scenario, self.memory, bandwidth, self._gyroscopic)
 
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m]."""
-        return self._allocate(self._demand(measurement) - self._model.update(measurement))
-
-    def _forget(self, chosen: BoolArray) -> None:
-        self._model.reset(chosen)
+        return self._allocate(self._demand(measurement) - self._observer.update(measurement))
 
     @property
     def estimate(self) -> FaultEstimate:
         """The estimated torque."""
-        return FaultEstimate(disturbance=self._model.disturbance)
+        return FaultEstimate(disturbance=self._observer.disturbance)

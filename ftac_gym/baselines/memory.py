@@ -1,0 +1,63 @@
+"""What a baseline carries from one call to the next, in one place."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+BoolArray = npt.NDArray[np.bool_]
+
+
+class Memory:
+    """Named arrays with the craft on the first axis.
+
+    Because a baseline and its observers keep all their state here, resetting some craft, or acting for some craft
+    only, needs no code in any of them.
+
+    Parameters
+    ----------
+    num_craft
+        Number of craft N.
+    """
+
+    def __init__(self, num_craft: int) -> None:
+        self._num_craft = num_craft
+        self._initial: dict[str, npt.NDArray[Any]] = {}
+        self._arrays: dict[str, npt.NDArray[Any]] = {}
+
+    def add(self, name: str, shape: tuple[int, ...], initial: float | bool = 0.0) -> None:
+        """Add an array (N, *shape) that a reset fills with ``initial``.
+
+        Raises
+        ------
+        ValueError
+            If the name is taken.
+        """
+        if name in self._arrays:
+            raise ValueError(f"memory name must be new, got {name!r}")
+        self._initial[name] = np.full((self._num_craft, *shape), initial)
+        self._arrays[name] = self._initial[name].copy()
+
+    def __getitem__(self, name: str) -> npt.NDArray[Any]:
+        """Return an array; it must not be written to in place."""
+        return self._arrays[name]
+
+    def __setitem__(self, name: str, array: npt.NDArray[Any]) -> None:
+        """Replace an array."""
+        self._arrays[name] = array
+
+    def reset(self, mask: BoolArray) -> None:
+        """Give the craft in the mask (N,) their initial memory."""
+        self.restore(self._initial, mask)
+
+    def copy(self) -> dict[str, npt.NDArray[Any]]:
+        """Return the arrays of this moment."""
+        return dict(self._arrays)
+
+    def restore(self, arrays: dict[str, npt.NDArray[Any]], mask: BoolArray) -> None:
+        """Give the craft in the mask (N,) the memory that ``arrays`` holds for them."""
+        for name, array in self._arrays.items():
+            chosen = mask.reshape(-1, *(1,) * (array.ndim - 1))
+            self._arrays[name] = np.where(chosen, arrays[name], array)

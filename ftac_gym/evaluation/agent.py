@@ -1,0 +1,137 @@
+"""A trained agent on disk: the policy, its normaliser, and a card that says how it was made."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium.vector import VectorEnv
+
+from ftac_gym.envs import SpacecraftFTCVectorEnv
+from ftac_gym.parameters import require
+from ftac_gym.wrappers import ResidualPolicy
+
+if TYPE_CHECKING:
+    from stable_baselines3.common.base_class import BaseAlgorithm
+    from stable_baselines3.common.vec_env import VecNormalize
+
+MODEL_FILE = "model.zip"
+NORMALIZER_FILE = "normalizer.pkl"
+CARD_FILE = "card.json"
+
+
+@dataclass(frozen=True)
+class Interface:
+    """What surrounds a policy network: the observation it sees and what its action means.
+
+    Parameters
+    ----------
+    observation
+        Information tier.
+    base
+        Name of the baseline that the agent corrects; None for an agent that acts directly.
+    authority
+        Authority of the residual.
+    gains
+        Gains of the base.
+    """
+
+    observation: str = "attitude"
+    base: str | None = "pd_dob"
+    authority: float = 0.5
+    gains: dict[str, Any] = field(default_factory=dict)
+
+    def wrap(self, env: Any) -> Any:
+        """Return the environment as the policy network sees it, single or vector."""
+        if self.base is None:
+            return env
+        return ResidualPolicy(env, base=self.base, authority=self.authority, **self.gains)
+
+
+class Agent:
+    """A trained policy with its normaliser.
+
+    Parameters
+    ----------
+    model
+        The Stable-Baselines3 model.
+    normalizer
+        The normaliser it was trained with; None if it saw raw observations.
+    interface
+        What surrounds it.
+    """
+
+    def __init__(self, model: BaseAlgorithm, normalizer: VecNormalize | None, interface: Interface) -> None:
+        self.model = model
+        self.normalizer = normalizer
+        self.interface = interface
+
+    @property
+    def tier(self) -> str:
+        """The information tier of its observation."""
+        return self.interface.observation
+
+    @classmethod
+    def load(cls, path: str | Path) -> Agent:
+        """Load an agent.
+
+        Parameters
+        ----------
+        path
+            A folder with ``model.zip``, ``normalizer.pkl`` and ``card.json``, or a Stable-Baselines3 zip file beside
+            which these two may lie.
+
+        Raises
+        ------
+        ValueError
+            If there is no model, or its observation does not fit the interface of the card.
+        """
+        from stable_baselines3 import PPO
+
+        path = Path(path)
+        model_path = path / MODEL_FILE if path.is_dir() else path
+        require(model_path.is_file(), "agent", "must be a folder with model.zip, or a zip file", str(path))
+        card_path = model_path.with_name(CARD_FILE)
+        interface = Interface()
+        if card_path.is_file():
+            interface = Interface(**json.loads(card_path.read_text())["interface"])
+        normalizer = None
+        normalizer_path = model_path.with_name(NORMALIZER_FILE)
+        if normalizer_path.is_file():
+            with normalizer_path.open("rb") as file:
+                normalizer = pickle.load(file)
+            normalizer.training = False
+        return cls(PPO.load(model_path, device="cpu"), normalizer, interface)
+
+    def attach(self, env: SpacecraftFTCVectorEnv) -> VectorEnv[Any, Any, Any]:
+        """Wrap a vector environment for this agent.
+
+        Raises
+        ------
+        ValueError
+            If the agent's spaces do not fit the environment.
+        """
+        wrapped: VectorEnv[Any, Any, Any] = self.interface.wrap(env)
+        wanted, given = self.model.observation_space.shape, wrapped.single_observation_space.shape
+        require(wanted == given, "agent", f"must fit the environment's observation {given}; it was trained on", wanted)
+        wanted, given = self.model.action_space.shape, wrapped.single_action_space.shape
+        require(wanted == given, "agent", f"must fit the environment's action {given}; it was trained on", wanted)
+        return wrapped
+
+    def predict(
+        self,
+        observation: npt.NDArray[Any],
+        state: Any = None,
+        episode_start: npt.NDArray[Any] | None = None,
+        deterministic: bool = True,
+    ) -> tuple[npt.NDArray[Any], Any]:
+        """Return the action for raw observations, as Stable-Baselines3's ``predict`` does."""
+        if self.normalizer is not None:
+            observation = np.asarray(self.normalizer.normalize_obs(observation))
+        action, state = self.model.predict(observation, state, episode_start, deterministic)
+        return action, state

@@ -1,0 +1,112 @@
+"""What a time history is worth, per episode, in the metrics of the field."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from ftac_gym.parameters import FloatArray
+
+if TYPE_CHECKING:
+    from ftac_gym.evaluation.rollout import Rollout
+
+Metrics = dict[str, FloatArray]
+
+HIGHER_IS_BETTER = frozenset({"success", "return"})
+"""Metrics that a good policy makes large; all others it makes small."""
+
+UNITS: dict[str, str] = {
+    "success": "share",
+    "settling_time": "s",
+    "final_error": "deg",
+    "final_error_95": "deg",
+    "integrated_error": "deg s",
+    "peak_after_fault": "deg",
+    "recovery_time": "s",
+    "energy": "N2 m2 s",
+    "chatter": "N m/s",
+    "saturation": "share",
+    "path_ratio": "-",
+    "return": "-",
+}
+"""Unit of each metric, in the order of tables."""
+
+
+def episode_metrics(history: Rollout) -> Metrics:
+    """Evaluate every episode of a rollout.
+
+    With theta the true pointing error, and *on target* meaning inside the success cone and slow:
+
+    ===================== ==========================================================================================
+    ``success``           1 if on target for the whole of the last ``success.hold`` seconds, else 0
+    ``settling_time``     time after which the craft stays on target to the end; the duration if it never does
+    ``final_error``       root mean square of theta over the last ``success.hold`` seconds
+    ``final_error_95``    95th percentile of theta over the same window
+    ``integrated_error``  integral of theta over the episode
+    ``peak_after_fault``  largest theta after the first fault; NaN unless the craft was on target when it struck
+    ``recovery_time``     from that fault until the craft is on target to stay; NaN likewise
+    ``energy``            integral of the sum of squared applied wheel torques (means over control periods)
+    ``chatter``           total variation of the wheel commands, summed over wheels, per second
+    ``saturation``        share of wheel commands at their limit
+    ``path_ratio``        integral of the rate error over the initial angle: 1 is the shortest way
+    ``return``            sum of the rewards: what agents are trained for
+    ===================== ==========================================================================================
+
+    Returns
+    -------
+    Arrays (N,) by name.
+    """
+    scenario = history.scenario
+    period, success = scenario.control_period, scenario.success
+    error, rate_error = history.attitude_error, history.rate_error
+    on_target = (error < success.angle) & (rate_error < success.rate)
+    hold = round(success.hold / period)
+    window = np.degrees(error[-hold:])
+    steps = len(error) - 1
+    settled = _settled_from(on_target)
+    faults = history.episodes.faults
+    onset = np.where(faults["kind"] > 0, faults["onset"], np.inf).min(axis=(1, 2))
+    struck = np.ceil(np.where(np.isfinite(onset), onset, 0.0) / period - 1e-9).astype(int)
+    countable = np.isfinite(onset) & (struck < steps)
+    struck = np.minimum(struck, steps)
+    craft = np.arange(error.shape[1])
+    countable &= on_target[struck, craft]
+    after = np.arange(steps + 1)[:, None] >= struck
+    peak = np.degrees(np.where(after, error, 0.0).max(axis=0))
+    recovery = np.maximum(settled - struck, 0) * period
+    limits = scenario.spacecraft.wheels.torque_limits
+    changes = np.abs(np.diff(history.command, axis=0)).sum(axis=(0, 2))
+    return {
+        "success": on_target[-hold:].all(axis=0).astype(np.float64),
+        "settling_time": np.minimum(settled, steps) * period,
+        "final_error": np.sqrt(np.mean(window**2, axis=0)),
+        "final_error_95": np.percentile(window, 95.0, axis=0),
+        "integrated_error": np.degrees(error[1:].sum(axis=0)) * period,
+        "peak_after_fault": np.where(countable, peak, np.nan),
+        "recovery_time": np.where(countable, recovery, np.nan),
+        "energy": np.sum(history.applied_torque**2, axis=(0, 2)) * period,
+        "chatter": changes / (steps * period),
+        "saturation": np.mean(np.abs(history.command) >= limits * (1.0 - 1e-9), axis=(0, 2)),
+        "path_ratio": rate_error[1:].sum(axis=0) * period / np.maximum(error[0], 1e-3),
+        "return": history.reward.sum(axis=0),
+    }
+
+
+def _settled_from(on_target: npt.NDArray[np.bool_]) -> npt.NDArray[np.int64]:
+    """Return the first step after which each craft (steps, N) stays on target; the number of steps if none."""
+    outside = ~on_target
+    last_outside = len(outside) - 1 - np.argmax(outside[::-1], axis=0)
+    settled: npt.NDArray[np.int64] = np.where(outside.any(axis=0), last_outside + 1, 0)
+    return settled
+
+
+def summarize(metrics: Metrics) -> dict[str, float]:
+    """Return the mean of success and the median of every other metric, ignoring NaN."""
+    summary = {}
+    for name, values in metrics.items():
+        known = values[~np.isnan(values)]
+        middle = np.mean if name == "success" else np.median
+        summary[name] = float(middle(known)) if known.size else float("nan")
+    return summary

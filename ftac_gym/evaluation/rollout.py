@@ -1,0 +1,211 @@
+"""Run a policy through episodes and keep the time histories."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from gymnasium.vector import VectorEnv
+
+from ftac_gym import baselines, scenarios
+from ftac_gym.envs import SpacecraftFTCVectorEnv
+from ftac_gym.episodes import Episodes
+from ftac_gym.evaluation.metrics import Metrics, episode_metrics
+from ftac_gym.parameters import FloatArray, require
+from ftac_gym.scenario import Scenario
+
+
+class Contestant(Protocol):
+    """A policy that can be attached to an environment."""
+
+    def attach(self, env: SpacecraftFTCVectorEnv) -> VectorEnv[Any, Any, Any]:
+        """Return the environment as the policy sees it."""
+
+    def predict(self, observation: Any, state: Any, episode_start: Any, deterministic: bool) -> tuple[Any, Any]:
+        """Return actions and state for observations, as Stable-Baselines3 does."""
+
+    @property
+    def tier(self) -> str:
+        """The information tier of its observation."""
+
+
+class BaselineContestant:
+    """A baseline by name, with its gains.
+
+    Parameters
+    ----------
+    name
+        Name of the baseline.
+    **gains
+        Its gains.
+    """
+
+    tier = "attitude"
+
+    def __init__(self, name: str, **gains: Any) -> None:
+        require(name in baselines.names(), "baseline", f"must be one of {baselines.names()}", name)
+        self._name = name
+        self._gains = gains
+        self._policy: baselines.BaselinePolicy | None = None
+
+    def attach(self, env: SpacecraftFTCVectorEnv) -> VectorEnv[Any, Any, Any]:
+        """Build the baseline for the environment's craft."""
+        baseline = baselines.make(self._name, env.scenario, env.num_envs, **self._gains)
+        self._policy = baseline.as_policy(env)
+        return env
+
+    def predict(
+        self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool = True
+    ) -> tuple[FloatArray, None]:
+        """Return the actions."""
+        assert self._policy is not None, "attach the contestant first"
+        return self._policy.predict(observation, state, episode_start, deterministic)
+
+
+@dataclass(frozen=True, eq=False)
+class Rollout:
+    """Time histories of N episodes of T control periods; the truth, not the measurement.
+
+    Attributes
+    ----------
+    scenario, episodes
+        What was run.
+    time
+        (T + 1,) [s].
+    attitude_error
+        (T + 1, N) pointing error [rad].
+    rate_error
+        (T + 1, N) magnitude of the rate error [rad/s].
+    attitude
+        (T + 1, N, 4) quaternions.
+    rate
+        (T + 1, N, 3) body rates [rad/s].
+    wheel_momentum
+        (T + 1, N, m) [N m s].
+    command
+        (T, N, m) commanded wheel torques [N m].
+    applied_torque
+        (T, N, m) mean torque that each wheel applied in each control period [N m].
+    reward
+        (T, N) rewards.
+    """
+
+    scenario: Scenario
+    episodes: Episodes
+    time: FloatArray
+    attitude_error: FloatArray
+    rate_error: FloatArray
+    attitude: FloatArray
+    rate: FloatArray
+    wheel_momentum: FloatArray
+    command: FloatArray
+    applied_torque: FloatArray
+    reward: FloatArray
+
+    def metrics(self) -> Metrics:
+        """Evaluate every episode."""
+        return episode_metrics(self)
+
+
+def resolve_policy(policy: Any) -> Contestant:
+    """Turn a policy into a contestant.
+
+    Parameters
+    ----------
+    policy
+        A baseline's name, the path of an agent, an :class:`~ftac_gym.evaluation.agent.Agent`, or any object with
+        ``attach``, ``predict`` and ``tier``.
+
+    Raises
+    ------
+    ValueError
+        If a name is neither a baseline nor an agent on disk.
+    """
+    if not isinstance(policy, str):
+        return policy  # type: ignore[no-any-return]
+    if policy in baselines.names():
+        return BaselineContestant(policy)
+    from ftac_gym.evaluation.agent import Agent
+
+    try:
+        return Agent.load(policy)
+    except ValueError:
+        known = baselines.names()
+        raise ValueError(f"policy must be one of {known} or the path of an agent, got {policy!r}") from None
+
+
+def rollout(
+    scenario: Scenario | str,
+    policy: Any,
+    episodes: Episodes | None = None,
+    seed: int = 0,
+    count: int = 1,
+    threads: int = 1,
+) -> Rollout:
+    """Run a policy through episodes, all of them side by side, to their full length.
+
+    Parameters
+    ----------
+    scenario
+        Scenario or its name.
+    policy
+        See :func:`resolve_policy`.
+    episodes
+        The episodes; None draws ``count`` of them from ``seed``.
+    seed, count
+        What to draw if no episodes are given.
+    threads
+        Threads of the simulator.
+
+    Raises
+    ------
+    ValueError
+        If a name is unknown or the policy does not fit the scenario.
+    """
+    task = scenarios.get(scenario) if isinstance(scenario, str) else scenario
+    drawn = task.draw(seed, count) if episodes is None else episodes
+    contestant = resolve_policy(policy)
+    # A tumbling craft is not taken out: everyone is judged over the whole episode.
+    env = SpacecraftFTCVectorEnv(
+        num_envs=len(drawn),
+        scenario=task.replace(tumble_rate=None),
+        observation=contestant.tier,
+        autoreset_mode="Disabled",
+        threads=threads,
+    )
+    wrapped = contestant.attach(env)
+    simulator, truth, steps = env.core.simulator, env.core.reward, task.horizon
+    craft, wheels = len(drawn), task.spacecraft.wheels.count
+    error, rate_error = np.empty((steps + 1, craft)), np.empty((steps + 1, craft))
+    attitude, rate = np.empty((steps + 1, craft, 4)), np.empty((steps + 1, craft, 3))
+    momentum, command = np.empty((steps + 1, craft, wheels)), np.empty((steps, craft, wheels))
+    rewards = np.empty((steps, craft))
+
+    def record(step: int) -> None:
+        error[step], rate_error[step] = truth.attitude_error, truth.rate_error
+        attitude[step], rate[step] = simulator.state.attitude, simulator.state.rate
+        momentum[step] = simulator.state.wheel_momentum
+
+    observation, _ = wrapped.reset(options={"episodes": drawn})
+    record(0)
+    state, start = None, np.ones(craft, dtype=np.bool_)
+    for step in range(steps):
+        action, state = contestant.predict(observation, state, start, True)
+        start = np.zeros(craft, dtype=np.bool_)
+        observation, rewards[step], *_ = wrapped.step(action)
+        command[step] = simulator.last_command
+        record(step + 1)
+    return Rollout(
+        scenario=task,
+        episodes=drawn,
+        time=np.arange(steps + 1, dtype=np.float64) * task.control_period,
+        attitude_error=error,
+        rate_error=rate_error,
+        attitude=attitude,
+        rate=rate,
+        wheel_momentum=momentum,
+        command=command,
+        applied_torque=-np.diff(momentum, axis=0) / task.control_period,
+        reward=rewards,
+    )

@@ -1,0 +1,169 @@
+"""An agent that corrects a controller: action = clip(base + authority * residual)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import numpy.typing as npt
+from gymnasium import spaces
+from gymnasium.utils import RecordConstructorArgs
+from gymnasium.vector import VectorEnv, VectorWrapper
+from gymnasium.vector.utils import batch_space
+
+from ftac_gym import baselines
+from ftac_gym.baselines import Baseline, as_action
+from ftac_gym.measurement import Measurement
+from ftac_gym.parameters import FloatArray, require
+
+Observation = npt.NDArray[np.float32]
+
+
+class _Base:
+    """The base controller of N craft, its present action, and how a residual changes it."""
+
+    def __init__(self, env: Any, num_craft: int, base: str, authority: float, gains: dict[str, Any]) -> None:
+        inner = env.unwrapped
+        known = callable(getattr(inner, "measurement", None))
+        require(known, "env", "must be an environment of ftac_gym", env)
+        require(0.0 < authority <= 2.0, "authority", "must be above 0 and at most 2", authority)
+        self._authority = authority
+        self._env = inner
+        self._limits = inner.scenario.spacecraft.wheels.torque_limits
+        self.baseline: Baseline = baselines.make(base, inner.scenario, num_craft, **gains)
+        self.action = np.zeros((num_craft, len(self._limits)))
+
+    def update(self) -> None:
+        """Act on the present measurement; craft at time zero have just been reset."""
+        measurement = self._env.measurement()
+        if (measurement.time == 0.0).any():
+            self.baseline.reset(measurement.time == 0.0)
+        self.action = as_action(self.baseline.act(measurement), self._limits)
+
+    def restart(self, mask: npt.NDArray[np.bool_]) -> None:
+        """Reset and act for the craft in the mask (N,) alone; the others have acted on this measurement already."""
+        self.baseline.reset(mask)
+        command = self.baseline.act_only(self._env.measurement(), mask)
+        self.action = np.where(mask[:, None], as_action(command, self._limits), self.action)
+
+    def preview(self, measurement: Measurement) -> FloatArray:
+        """Return the action for another measurement without moving on."""
+        nobody = np.zeros(len(measurement), dtype=np.bool_)
+        return as_action(self.baseline.act_only(measurement, nobody), self._limits)
+
+    def combine(self, residual: npt.ArrayLike) -> FloatArray:
+        """Return the action that the environment shall take."""
+        total: FloatArray = np.clip(self.action + self._authority * np.asarray(residual, dtype=np.float64), -1.0, 1.0)
+        return total
+
+
+def _extended(space: spaces.Space[Any], wheels: int) -> Any:
+    if not isinstance(space, spaces.Box):
+        raise ValueError(f"env must have a Box observation space, got {space!r}")
+    one = np.ones(wheels, dtype=np.float32)
+    return spaces.Box(np.concatenate([space.low, -one]), np.concatenate([space.high, one]), dtype=np.float32)
+
+
+class ResidualPolicy(gym.Wrapper[Observation, npt.NDArray[Any], Observation, npt.NDArray[Any]], RecordConstructorArgs):
+    """Let the agent correct a baseline.
+
+    The action sent on is ``clip(base + authority * residual, -1, 1)``, per wheel and over its limit; the base action of
+    the present measurement is appended to the observation. A residual of zero is the base, bit for bit. Given a vector
+    environment, the constructor returns a :class:`VectorResidualPolicy`.
+
+    Parameters
+    ----------
+    env
+        An environment of this package, single or vector.
+    base
+        Name of the baseline.
+    authority
+        Share of the torque limit that a residual of one is worth, in (0, 2].
+    **gains
+        Gains of the baseline.
+
+    Raises
+    ------
+    ValueError
+        If the environment is not of this package, or a name, a gain or the authority is refused.
+    """
+
+    def __new__(cls, *args: Any, **kwargs: Any) -> Any:
+        """Return the wrapper that fits the environment."""
+        env = args[0] if args else kwargs.get("env")
+        if isinstance(env, VectorEnv):
+            return VectorResidualPolicy(*args, **kwargs)
+        return super().__new__(cls)
+
+    def __init__(self, env: gym.Env[Any, Any], base: str = "pd_dob", authority: float = 0.5, **gains: Any) -> None:
+        RecordConstructorArgs.__init__(self, base=base, authority=authority, **gains)
+        super().__init__(env)
+        self.base = _Base(env, 1, base, authority, gains)
+        self.observation_space = _extended(env.observation_space, self.base.action.shape[1])
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Reset the environment and the base."""
+        observation, info = self.env.reset(seed=seed, options=options)
+        self.base.update()
+        return self._extend(observation), info
+
+    def step(self, action: npt.NDArray[Any]) -> tuple[Observation, Any, bool, bool, dict[str, Any]]:
+        """Correct the base action by the residual and step."""
+        residual = np.asarray(action)
+        if residual.shape != self.base.action.shape[1:]:
+            raise ValueError(f"action must have shape {self.base.action.shape[1:]}, got {residual.shape}")
+        observation, reward, terminated, truncated, info = self.env.step(self.base.combine(residual)[0])
+        self.base.update()
+        return self._extend(observation), reward, terminated, truncated, info
+
+    def _extend(self, observation: Observation) -> Observation:
+        return np.concatenate([observation, self.base.action[0]], dtype=np.float32)
+
+
+class VectorResidualPolicy(
+    VectorWrapper[Observation, npt.NDArray[Any], Observation, npt.NDArray[Any], npt.NDArray[Any]]
+):
+    """:class:`ResidualPolicy` for N craft; every craft's base is reset with its episode."""
+
+    def __init__(
+        self, env: VectorEnv[Any, Any, Any], base: str = "pd_dob", authority: float = 0.5, **gains: Any
+    ) -> None:
+        super().__init__(env)
+        self.base = _Base(env, env.num_envs, base, authority, gains)
+        self.single_observation_space = _extended(env.single_observation_space, self.base.action.shape[1])
+        self.observation_space = batch_space(self.single_observation_space, env.num_envs)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Reset the craft and their bases."""
+        observation, infos = self.env.reset(seed=seed, options=options)
+        mask = (options or {}).get("reset_mask")
+        if mask is None:
+            self.base.update()
+        else:
+            self.base.restart(mask)
+        return self._extend(observation, self.base.action), infos
+
+    def step(
+        self, actions: npt.NDArray[Any]
+    ) -> tuple[Observation, npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], dict[str, Any]]:
+        """Correct the base actions by the residuals and step."""
+        residual = np.asarray(actions)
+        if residual.shape != self.base.action.shape:
+            raise ValueError(f"actions must have shape {self.base.action.shape}, got {residual.shape}")
+        observation, reward, terminated, truncated, infos = self.env.step(self.base.combine(residual))
+        if "final_obs" in infos:
+            # In same-step mode the craft that ended have been reset; their last observation needs its base action too.
+            final_action = self.base.preview(self.env.unwrapped.final_measurement)  # type: ignore[attr-defined]
+            for craft in np.flatnonzero(infos["_final_obs"]):
+                last = infos["final_obs"][craft]
+                infos["final_obs"][craft] = np.concatenate([last, final_action[craft]], dtype=np.float32)
+        self.base.update()
+        return self._extend(observation, self.base.action), reward, terminated, truncated, infos
+
+    def _extend(self, observation: Observation, action: FloatArray) -> Observation:
+        return np.concatenate([observation, action], axis=1, dtype=np.float32)

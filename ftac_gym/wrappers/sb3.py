@@ -1,0 +1,131 @@
+"""Our native vector environment in the clothes of Stable-Baselines3's ``VecEnv``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import numpy.typing as npt
+from gymnasium.vector import AutoresetMode, VectorEnv
+from stable_baselines3.common.monitor import Monitor
+from stable_baselines3.common.vec_env import VecEnv
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvStepReturn
+
+from ftac_gym.measurement import Measurement
+from ftac_gym.parameters import require
+
+
+class SB3VecEnv(VecEnv):
+    """Adapter from a Gymnasium vector environment in same-step mode to Stable-Baselines3.
+
+    At the end of an episode a craft's info holds what SB3 expects: ``terminal_observation``, ``TimeLimit.truncated``
+    (truncated and not terminated), ``episode`` (return ``r`` and length ``l``, as a Monitor would record) and the
+    environment's final info, ``is_success`` among it. At other steps the infos are empty, for speed.
+
+    Parameters
+    ----------
+    env
+        The vector environment, wrapped or not, made with ``autoreset_mode="SameStep"``.
+
+    Raises
+    ------
+    ValueError
+        If the environment resets in another mode.
+    """
+
+    def __init__(self, env: VectorEnv[Any, Any, Any]) -> None:
+        mode = env.metadata.get("autoreset_mode")
+        require(mode is AutoresetMode.SAME_STEP, "autoreset_mode", "must be SameStep for Stable-Baselines3", mode)
+        self.env = env
+        super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
+        self._actions: npt.NDArray[Any] = np.zeros(())
+        self._returns = np.zeros(self.num_envs)
+        self._lengths = np.zeros(self.num_envs, dtype=np.int64)
+
+    def measurement(self) -> Measurement:
+        """Return what the craft measure now: the input of baselines."""
+        measurement: Measurement = self.env.unwrapped.measurement()  # type: ignore[attr-defined]
+        return measurement
+
+    def reset(self) -> npt.NDArray[Any]:
+        """Reset all craft with the seeds and the options that were set."""
+        seeds: Any = list(self._seeds) if any(seed is not None for seed in self._seeds) else None
+        observation, infos = self.env.reset(seed=seeds, options=dict(self._options[0]))
+        self._reset_seeds()
+        self._reset_options()
+        self.reset_infos = [_row(infos, craft) for craft in range(self.num_envs)]
+        self._returns[:] = 0.0
+        self._lengths[:] = 0
+        return np.asarray(observation)
+
+    def step_async(self, actions: npt.NDArray[Any]) -> None:
+        """Note the actions."""
+        self._actions = actions
+
+    def step_wait(self) -> VecEnvStepReturn:
+        """Step all craft."""
+        observation, reward, terminated, truncated, infos = self.env.step(self._actions)
+        done = terminated | truncated
+        self._returns += reward
+        self._lengths += 1
+        listed: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        for craft in np.flatnonzero(done).tolist():
+            listed[craft] = {
+                **_row(infos["final_info"], craft),
+                "terminal_observation": infos["final_obs"][craft],
+                "TimeLimit.truncated": bool(truncated[craft] and not terminated[craft]),
+                "episode": {"r": float(self._returns[craft]), "l": int(self._lengths[craft])},
+            }
+        self._returns[done] = 0.0
+        self._lengths[done] = 0
+        return observation, reward.astype(np.float32), done, listed
+
+    def close(self) -> None:
+        """Close the environment."""
+        self.env.close()
+
+    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
+        """Return an attribute of the vector environment, once for each index: the craft share it."""
+        value = getattr(self.env.unwrapped, attr_name)
+        return [value for _ in self._indices(indices)]
+
+    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
+        """Set an attribute of the vector environment, for all craft."""
+        require(indices is None, "indices", "must be None: the craft share their attributes", indices)
+        setattr(self.env.unwrapped, attr_name, value)
+
+    def env_method(
+        self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any
+    ) -> list[Any]:
+        """Call a method of the vector environment once and return its result for each index."""
+        result = getattr(self.env.unwrapped, method_name)(*method_args, **method_kwargs)
+        return [result for _ in self._indices(indices)]
+
+    def env_is_wrapped(
+        self, wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]], indices: VecEnvIndices = None
+    ) -> list[bool]:
+        """Tell whether the craft are wrapped; the adapter records episodes as a Monitor does."""
+        return [wrapper_class is Monitor for _ in self._indices(indices)]
+
+    def get_images(self) -> Sequence[npt.NDArray[Any] | None]:
+        """Return the rendered frames."""
+        frames: Any = self.env.render()
+        return list(frames) if frames is not None else [None] * self.num_envs
+
+    def _indices(self, indices: VecEnvIndices) -> Iterable[int]:
+        return self._get_indices(indices)
+
+
+def _row(infos: dict[str, Any], craft: int) -> dict[str, Any]:
+    """Return one craft's info from a vector environment's infos."""
+    row = {}
+    for name, values in infos.items():
+        if not name.startswith("_") and infos.get(f"_{name}", np.ones(craft + 1, dtype=np.bool_))[craft]:
+            row[name] = _row(values, craft) if isinstance(values, dict) else _plain(values[craft])
+    return row
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if isinstance(value, np.generic) else value

@@ -1,0 +1,256 @@
+"""Train an agent with PPO: a residual on a baseline, or direct.
+
+Everything a run needs or makes lies in its folder: ``config.json``, checkpoints with normaliser, ``evaluations.csv``,
+TensorBoard logs, and at the end the agent. A killed run goes on from its last checkpoint with ``--resume``.
+
+Examples
+--------
+    python train/train.py --run-folder runs/residual
+    python train/train.py --run-folder runs/direct --base none --total-steps 12000000
+    python train/train.py --run-folder runs/residual --resume
+"""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import json
+import re
+import shutil
+import subprocess
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import gymnasium as gym
+import torch
+import tyro
+from stable_baselines3 import PPO
+from stable_baselines3.common.callbacks import BaseCallback, CallbackList, ProgressBarCallback
+from stable_baselines3.common.vec_env import VecNormalize
+
+import ftac_gym
+from ftac_gym.evaluation.agent import CARD_FILE, MODEL_FILE, NORMALIZER_FILE, Agent, Interface
+from ftac_gym.evaluation.metrics import summarize
+from ftac_gym.evaluation.rollout import rollout
+from ftac_gym.wrappers import SB3VecEnv
+
+
+@dataclass(frozen=True)
+class PPOSettings:
+    """Hyperparameters of PPO, in Stable-Baselines3's words."""
+
+    learning_rate: float = 3e-4
+    n_steps: int = 128
+    batch_size: int = 8192
+    n_epochs: int = 5
+    gamma: float = 0.995
+    gae_lambda: float = 0.95
+    clip_range: float = 0.2
+    ent_coef: float = 0.0
+    vf_coef: float = 0.5
+    max_grad_norm: float = 0.5
+    use_sde: bool = False
+    sde_sample_freq: int = 16
+
+
+@dataclass(frozen=True)
+class Config:
+    """A training run."""
+
+    run_folder: Path = Path("runs/flagship_residual")
+    """Where everything goes."""
+    env_id: str = "SpacecraftFTC-v0"
+    """Environment id."""
+    observation: Literal["attitude", "telemetry", "oracle"] = "attitude"
+    """Information tier."""
+    base: str = "pd_dob"
+    """Baseline that the agent corrects; "none" trains a direct policy."""
+    authority: float = 0.5
+    """Authority of the residual."""
+    total_steps: int = 8_000_000
+    """Environment steps, over all craft."""
+    num_envs: int = 256
+    """Craft in parallel."""
+    layers: tuple[int, ...] = (64, 64)
+    """Hidden layers of the policy and of the value network."""
+    log_std_init: float = -1.0
+    """Logarithm of the initial standard deviation of the action."""
+    smoothness: float = 0.0
+    """Weight of the penalty on the change of the mean action between successive steps."""
+    anneal: bool = True
+    """Let the learning rate fall to zero over the run."""
+    seed: int = 0
+    """Seed of everything."""
+    torch_threads: int = 2
+    """Threads of PyTorch."""
+    evaluate_every: int = 1_000_000
+    """Steps between evaluations on fixed episodes."""
+    evaluation_episodes: int = 100
+    """Episodes of an evaluation."""
+    evaluation_seed: int = 900_000
+    """Seed of those episodes: neither training nor the reported test uses it."""
+    checkpoint_every: int = 1_000_000
+    """Steps between checkpoints."""
+    resume: bool = False
+    """Go on from the last checkpoint in the run folder."""
+    ppo: PPOSettings = field(default_factory=PPOSettings)
+    """Hyperparameters of PPO."""
+
+    @property
+    def interface(self) -> Interface:
+        """What surrounds the policy network."""
+        base = None if self.base == "none" else self.base
+        return Interface(self.observation, base, self.authority)
+
+
+def make_env(config: Config) -> SB3VecEnv:
+    """Build the training environment."""
+    env = gym.make_vec(
+        config.env_id, num_envs=config.num_envs, observation=config.observation, autoreset_mode="SameStep"
+    )
+    return SB3VecEnv(config.interface.wrap(env))
+
+
+def save_agent(folder: Path, model: PPO, config: Config) -> None:
+    """Write model, normaliser and card; a folder appears whole or not at all."""
+    partial = folder.with_name(folder.name + ".partial")
+    shutil.rmtree(partial, ignore_errors=True)
+    partial.mkdir(parents=True)
+    model.save(partial / MODEL_FILE)
+    normalizer = model.get_vec_normalize_env()
+    if normalizer is not None:
+        normalizer.save(str(partial / NORMALIZER_FILE))
+    (partial / CARD_FILE).write_text(json.dumps(card(model, config), indent=2) + "\n")
+    shutil.rmtree(folder, ignore_errors=True)
+    partial.rename(folder)
+
+
+def card(model: PPO, config: Config) -> dict[str, Any]:
+    """Return what a reader needs to know of an agent."""
+    default = Config()
+    changed = [
+        f"--{item.name.replace('_', '-')} {getattr(config, item.name)}"
+        for item in dataclasses.fields(config)
+        if item.name not in ("resume", "ppo") and getattr(config, item.name) != getattr(default, item.name)
+    ]
+    changed += [
+        f"--ppo.{item.name.replace('_', '-')} {getattr(config.ppo, item.name)}"
+        for item in dataclasses.fields(config.ppo)
+        if getattr(config.ppo, item.name) != getattr(default.ppo, item.name)
+    ]
+    return {
+        "interface": dataclasses.asdict(config.interface),
+        "environment": config.env_id,
+        "command": " ".join(["python train/train.py", *changed]),
+        "seed": config.seed,
+        "commit": commit(),
+        "steps": model.num_timesteps,
+        "ftac_gym": ftac_gym.__version__,
+    }
+
+
+def commit() -> str:
+    """Return the git commit of the code, marked if the tree has changes; "unknown" outside a checkout."""
+    try:
+        command = ["git", "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]
+        return subprocess.run(
+            command, capture_output=True, text=True, check=True, cwd=Path(__file__).parent
+        ).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+
+
+class Keeper(BaseCallback):
+    """Checkpoints and evaluates at fixed numbers of steps."""
+
+    def __init__(self, config: Config) -> None:
+        super().__init__()
+        self._config = config
+        self._next_checkpoint = config.checkpoint_every
+        self._next_evaluation = config.evaluate_every
+
+    def _on_training_start(self) -> None:
+        config, steps = self._config, self.model.num_timesteps
+        self._next_checkpoint = (steps // config.checkpoint_every + 1) * config.checkpoint_every
+        self._next_evaluation = (steps // config.evaluate_every + 1) * config.evaluate_every
+
+    def _on_rollout_start(self) -> None:
+        # Between rollouts the model is consistent: a resumed run starts where a rollout would.
+        steps = self.model.num_timesteps
+        if steps >= self._next_checkpoint:
+            self._next_checkpoint += self._config.checkpoint_every
+            save_agent(self._config.run_folder / "checkpoints" / f"{steps:010d}", self._ppo, self._config)
+        if steps >= self._next_evaluation:
+            self._next_evaluation += self._config.evaluate_every
+            self._evaluate(steps)
+
+    @property
+    def _ppo(self) -> PPO:
+        assert isinstance(self.model, PPO)
+        return self.model
+
+    def _evaluate(self, steps: int) -> None:
+        config = self._config
+        scenario = gym.spec(config.env_id).kwargs["default_scenario"]
+        agent = Agent(self.model, self.model.get_vec_normalize_env(), config.interface)
+        history = rollout(scenario, agent, seed=config.evaluation_seed, count=config.evaluation_episodes)
+        row = {"steps": steps, **{name: float(value) for name, value in summarize(history.metrics()).items()}}
+        for name, value in row.items():
+            if name != "steps":
+                self.logger.record(f"evaluation/{name}", value)
+        path = config.run_folder / "evaluations.csv"
+        new = not path.exists()
+        with path.open("a", newline="") as file:
+            writer = csv.DictWriter(file, fieldnames=list(row))
+            if new:
+                writer.writeheader()
+            writer.writerow(row)
+
+    def _on_step(self) -> bool:
+        return True
+
+
+def last_checkpoint(folder: Path) -> Path:
+    """Return the newest complete checkpoint of a run."""
+    found = sorted(path for path in (folder / "checkpoints").glob("*") if re.fullmatch(r"\d{10}", path.name))
+    if not found:
+        raise SystemExit(f"--resume: no checkpoint under {folder / 'checkpoints'}")
+    return found[-1]
+
+
+def main(config: Config) -> None:
+    """Train."""
+    torch.set_num_threads(config.torch_threads)
+    folder = config.run_folder
+    rate = config.ppo.learning_rate
+    schedule: Any = (lambda remaining: rate * remaining) if config.anneal else rate
+    settings = {**dataclasses.asdict(config.ppo), "learning_rate": schedule}
+    if config.resume:
+        checkpoint = last_checkpoint(folder)
+        env: Any = VecNormalize.load(str(checkpoint / NORMALIZER_FILE), make_env(config))
+        model = PPO.load(checkpoint / MODEL_FILE, env=env, device="cpu", custom_objects={"learning_rate": schedule})
+        # New episodes, not those that the run has already seen.
+        model.set_random_seed(config.seed + model.num_timesteps)
+    else:
+        if (folder / "config.json").exists():
+            raise SystemExit(f"{folder} holds a run already; choose another --run-folder, or --resume it")
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "config.json").write_text(json.dumps(dataclasses.asdict(config), indent=2, default=str) + "\n")
+        env = VecNormalize(make_env(config), gamma=config.ppo.gamma)
+        layers = list(config.layers)
+        policy = {"net_arch": {"pi": layers, "vf": layers}, "log_std_init": config.log_std_init}
+        model = PPO(
+            "MlpPolicy", env, policy_kwargs=policy, seed=config.seed, device="cpu",
+            tensorboard_log=str(folder / "tensorboard"), **settings,
+        )  # fmt: skip
+    remaining = config.total_steps - model.num_timesteps
+    if remaining > 0:
+        callbacks = CallbackList([Keeper(config), ProgressBarCallback()])
+        model.learn(remaining, callback=callbacks, reset_num_timesteps=False, tb_log_name="ppo")
+    save_agent(folder / "agent", model, config)
+    print(f"agent saved in {folder / 'agent'}")
+
+
+if __name__ == "__main__":
+    main(tyro.cli(Config, description=__doc__))
