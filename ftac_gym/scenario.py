@@ -40,7 +40,7 @@ class RewardWeights:
     Parameters
     ----------
     progress
-        Of the potential-based shaping term, per radian.
+        Of the decrease of the pointing error, per radian.
     precision
         Of the logarithmic pointing term.
     rate

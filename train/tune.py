@@ -25,7 +25,13 @@ from ftac_gym.evaluation.metrics import summarize
 from ftac_gym.evaluation.rollout import BaselineContestant, rollout
 
 SPACES: dict[str, dict[str, tuple[float, float]]] = {
-    "pd": {"position_gain": (0.1, 1.5), "damping": (1.2, 6.0), "braking_share": (0.2, 1.0), "rate_limit": (0.05, 0.3)},
+    "pd": {
+        "position_gain": (0.1, 3.0),
+        "damping": (1.2, 6.0),
+        "braking_share": (0.2, 1.0),
+        "rate_limit": (0.05, 0.3),
+        "attitude_filter_time": (0.1, 5.0),
+    },
 }
 SPACES["pd_dob"] = {**SPACES["pd"], "bandwidth": (0.2, 5.0)}
 
@@ -69,6 +75,7 @@ def cost(point: np.ndarray, config: Config, seed: int) -> float:
 def main(config: Config) -> None:
     """Search, and report."""
     scenarios.get(config.scenario)
+    bounds: Any = list(SPACES[config.baseline].values())
     bar = tqdm(total=config.generations, desc=f"tuning {config.baseline}")
 
     def progress(intermediate_result: Any) -> None:
@@ -77,7 +84,7 @@ def main(config: Config) -> None:
 
     with ProcessPoolExecutor(config.workers) as pool:
         result = differential_evolution(
-            partial(cost, config=config, seed=config.seed), list(SPACES[config.baseline].values()),
+            partial(cost, config=config, seed=config.seed), bounds,
             popsize=config.population, maxiter=config.generations, workers=pool.map, updating="deferred", rng=0,
             polish=False, tol=0.0, callback=progress,
         )  # fmt: skip

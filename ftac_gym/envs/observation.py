@@ -66,7 +66,7 @@ def observation_layout(scenario: Scenario, tier: str) -> ObservationLayout:
     ``rate_error``               3    w_e / 0.1 rad/s
     ``rate_error_fine``          3    tanh(200 w_e s/rad)
     ``last_command``             m    wheel command over torque limit
-    ``model_residual``           3    low-passed J dw/dt + w x J w - D u over the mean torque limit, nominal J and D (with
+    ``model_residual``           3    low-passed J dw/dt + w x J w - D u over the mean torque limit, nominal J, D (with
                                       the stored wheel momentum in w x J w from the telemetry tier on)
     ``reference_rate``           3    moving references only: in body axes, / 0.1 rad/s
     ``reference_acceleration``   3    moving references only: in body axes, / 0.01 rad/s^2

@@ -3,7 +3,7 @@
 With theta the true pointing error [rad], w_e the true rate error, u the wheel commands over their limits:
 
 ================ ===========================================================================================
-``progress``     weight (theta before - discount theta), a potential-based shaping term
+``progress``     weight (theta before - theta): over an episode it only counts where the craft ends
 ``precision``    - weight log10(1 + theta / (cone / 5)): every decade of pointing error counts the same
 ``rate``         - weight |w_e|^2
 ``effort``       - weight mean(u^2)
@@ -28,9 +28,6 @@ from ftac_gym.parameters import FloatArray
 from ftac_gym.scenario import RewardWeights
 
 TERMS = ("progress", "precision", "rate", "effort", "smoothness", "on_target", "tumble")
-
-SHAPING_DISCOUNT = 0.995
-"""Discount of the shaping potential."""
 
 
 class Reward:
@@ -149,7 +146,7 @@ def _reward(
             on_target[i] = 0
         else:
             on_target[i] = on_target[i] + 1 if good else 0
-            terms[i, 0] = weights[0] * (angle[i] - SHAPING_DISCOUNT * theta)
+            terms[i, 0] = weights[0] * (angle[i] - theta)
             terms[i, 1] = -weights[1] * math.log10(1.0 + 5.0 * theta / cone)
             terms[i, 2] = -weights[2] * slip * slip
             terms[i, 3] = -weights[3] * effort

@@ -1,1 +1,27 @@
 """Rollouts, metrics, statistics and plots."""
+
+from __future__ import annotations
+
+from ftac_gym.evaluation.compare import Evaluation, Row, compare, evaluate, fault_classes
+from ftac_gym.evaluation.metrics import episode_metrics, summarize
+from ftac_gym.evaluation.rollout import BaselineContestant, Contestant, Rollout, resolve_policy, rollout
+from ftac_gym.evaluation.statistics import Estimate, estimate, interquartile_mean, paired_difference
+
+__all__ = [
+    "BaselineContestant",
+    "Contestant",
+    "Estimate",
+    "Evaluation",
+    "Rollout",
+    "Row",
+    "compare",
+    "episode_metrics",
+    "estimate",
+    "evaluate",
+    "fault_classes",
+    "interquartile_mean",
+    "paired_difference",
+    "resolve_policy",
+    "rollout",
+    "summarize",
+]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import pickle
 from dataclasses import dataclass, field
@@ -19,6 +20,9 @@ from ftac_gym.wrappers import ResidualPolicy
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
     from stable_baselines3.common.vec_env import VecNormalize
+
+SHIPPED = Path(__file__).parent.parent / "agents"
+"""Where the agents that come with the package lie, a folder each."""
 
 MODEL_FILE = "model.zip"
 NORMALIZER_FILE = "normalizer.pkl"
@@ -64,9 +68,18 @@ class Agent:
         The normaliser it was trained with; None if it saw raw observations.
     interface
         What surrounds it.
+    fingerprint
+        Same for the same agent: finished batches of an evaluation are found by it. None if it has no file.
     """
 
-    def __init__(self, model: BaseAlgorithm, normalizer: VecNormalize | None, interface: Interface) -> None:
+    def __init__(
+        self,
+        model: BaseAlgorithm,
+        normalizer: VecNormalize | None,
+        interface: Interface,
+        fingerprint: str | None = None,
+    ) -> None:
+        self.fingerprint = fingerprint
         self.model = model
         self.normalizer = normalizer
         self.interface = interface
@@ -106,7 +119,9 @@ class Agent:
             with normalizer_path.open("rb") as file:
                 normalizer = pickle.load(file)
             normalizer.training = False
-        return cls(PPO.load(model_path, device="cpu"), normalizer, interface)
+        parts = [item.read_bytes() for item in (model_path, card_path, normalizer_path) if item.is_file()]
+        fingerprint = hashlib.sha256(b"".join(parts)).hexdigest()
+        return cls(PPO.load(model_path, device="cpu"), normalizer, interface, fingerprint)
 
     def attach(self, env: SpacecraftFTCVectorEnv) -> VectorEnv[Any, Any, Any]:
         """Wrap a vector environment for this agent.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -48,6 +49,8 @@ class BaselineContestant:
         self._name = name
         self._gains = gains
         self._policy: baselines.BaselinePolicy | None = None
+        self.fingerprint = json.dumps([name, gains], sort_keys=True)
+        """Same for the same policy: finished batches are found by it."""
 
     def attach(self, env: SpacecraftFTCVectorEnv) -> VectorEnv[Any, Any, Any]:
         """Build the baseline for the environment's craft."""

@@ -96,7 +96,7 @@ class ResidualPolicy(gym.Wrapper[Observation, npt.NDArray[Any], Observation, npt
             return VectorResidualPolicy(*args, **kwargs)
         return super().__new__(cls)
 
-    def __init__(self, env: gym.Env[Any, Any], base: str = "pd_dob", authority: float = 0.5, **gains: Any) -> None:
+    def __init__(self, env: Any, base: str = "pd_dob", authority: float = 0.5, **gains: Any) -> None:
         RecordConstructorArgs.__init__(self, base=base, authority=authority, **gains)
         super().__init__(env)
         self.base = _Base(env, 1, base, authority, gains)

@@ -1,8 +1,11 @@
 """`fault_effect`, the truth for oracles and plots, against hand calculation and against the compiled plant."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
+from ftac_gym import scenarios
 from ftac_gym.dynamics import Simulator
 from ftac_gym.faults import (
     Bias,
@@ -16,7 +19,6 @@ from ftac_gym.faults import (
 )
 from ftac_gym.initial_state import InitialState
 from ftac_gym.scenario import Scenario
-from ftac_gym.scenarios import flagship
 from ftac_gym.spacecraft import Spacecraft, WheelArray
 
 STEP = 0.02  # s
@@ -93,19 +95,19 @@ def test_hard_over_ignores_the_command():
     assert effectiveness[0] == 0.0 and bias[0] == pytest.approx(0.1)
 
 
-def run_beside_plant(scenario, count, steps, commands):
-    """Yield the torque that `fault_effect` predicts at the end of each physics step, and what the plant applied."""
-    simulator = Simulator(scenario, count)
-    simulator.reset(scenario.draw(3, count))
+def assert_plant_agrees(scenario, episodes, commands):
+    """Compare the predicted torque at the end of each physics step with what the plant applied."""
+    simulator = Simulator(scenario, len(episodes))
+    simulator.reset(episodes)
     limits = scenario.spacecraft.wheels.torque_limits
-    for step in range(steps):
+    for step, command in enumerate(commands):
         last = simulator.state.wheel_torque.copy()
-        command = commands(step)
         # Which faults act is decided at the start of a step, so look just before its end.
-        moment = np.full(count, (step + 1) * STEP - 1e-8)
+        moment = np.full(len(episodes), (step + 1) * STEP - 1e-8)
         effectiveness, bias = fault_effect(simulator.faults, moment, last)
         simulator.step(command)
-        yield effectiveness * np.clip(command, -limits, limits) + bias, simulator.state.wheel_torque
+        expected = effectiveness * np.clip(command, -limits, limits) + bias
+        np.testing.assert_allclose(simulator.state.wheel_torque, expected, rtol=0.0, atol=2e-8)
 
 
 def test_effect_is_what_the_plant_does_for_every_kind():
@@ -120,24 +122,23 @@ def test_effect_is_what_the_plant_does_for_every_kind():
         HardOver(wheel=3, onset=0.3, fraction=(-1.0, 1.0), recovery=0.9),
         Outage(wheel=3, onset=1.1),
     )
-    axes = np.concatenate([WheelArray.sign_pyramid(0.2, None).axis_matrix], axis=1)
     scenario = Scenario(
         name="faults",
-        spacecraft=Spacecraft(np.diag([10.0, 12.0, 14.0]), WheelArray(axes, 0.2)),
+        spacecraft=Spacecraft(np.diag([10.0, 12.0, 14.0]), WheelArray.sign_pyramid(0.2, None)),
         initial_state=InitialState.fixed(),
         faults=FaultSchedule(faults),
         control_period=STEP,
         physics_step=STEP,
     )
     commands = np.random.default_rng(0).uniform(-0.3, 0.3, (150, 5, 4))
-    for expected, applied in run_beside_plant(scenario, 5, 150, lambda step: commands[step]):
-        np.testing.assert_allclose(applied, expected, rtol=0.0, atol=2e-8)
+    assert_plant_agrees(scenario, scenario.draw(3, 5), commands)
 
 
 def test_effect_is_what_the_plant_does_on_the_flagship():
-    scenario = flagship.flagship().replace(control_period=STEP, physics_step=STEP)
-    rng = np.random.default_rng(1)
-    for expected, applied in run_beside_plant(scenario, 200, 1000, lambda step: rng.uniform(-0.2, 0.2, (200, 4))):
-        free = np.abs(expected - applied) < 2e-8
-        # Onsets are anywhere, and take effect at the first physics step that begins then or later.
-        assert np.mean(free) > 0.99
+    scenario = scenarios.get("flagship").replace(control_period=STEP, physics_step=STEP)
+    episodes = scenario.draw(0, 200)
+    faults = episodes.faults.copy()
+    for name in ("onset", "period", "on_time"):  # Earlier, and onto the grid of the physics steps.
+        faults[name] = np.round(0.2 * faults[name] / STEP) * STEP
+    commands = np.random.default_rng(1).uniform(-0.2, 0.2, (1000, 200, 4))
+    assert_plant_agrees(scenario, dataclasses.replace(episodes, faults=faults), commands)

@@ -10,6 +10,7 @@ from ftac_gym.attitude import cross, quaternion_error, rotate_to_body
 from ftac_gym.baselines.allocation import MinimaxAllocation, pseudo_inverse, scale_to_limits
 from ftac_gym.baselines.baseline import Baseline
 from ftac_gym.baselines.estimate import FaultEstimate
+from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter
 from ftac_gym.baselines.observers.disturbance_observer import DisturbanceObserver, GyroscopicModel
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, positive, require
@@ -41,6 +42,8 @@ class PD(Baseline):
         Share of the available deceleration that the profile uses.
     rate_limit
         Largest commanded slew rate [rad/s].
+    attitude_filter_time
+        Time constant of the attitude filter [s]; zero uses the star tracker as it comes.
     allocation
         ``"minimax"`` or ``"pseudo_inverse"``.
     telemetry
@@ -60,6 +63,7 @@ class PD(Baseline):
         rate_gain: float = 1.5,
         braking_share: float = 0.6,
         rate_limit: float = 0.15,
+        attitude_filter_time: float = 1.0,
         allocation: str = "minimax",
         telemetry: bool = False,
     ) -> None:
@@ -79,6 +83,7 @@ class PD(Baseline):
         require(allocation in known, "allocation", f"must be one of {list(known)}", allocation)
         self._minimax = MinimaxAllocation(wheels)
         self._inverse = pseudo_inverse(wheels.axis_matrix).T if allocation == "pseudo_inverse" else None
+        self._filter = AttitudeFilter(scenario, self.memory, attitude_filter_time)
         self._gyroscopic = GyroscopicModel(scenario, telemetry)
 
     def act(self, measurement: Measurement) -> FloatArray:
@@ -87,7 +92,7 @@ class PD(Baseline):
 
     def _demand(self, measurement: Measurement) -> FloatArray:
         """Return the torque wanted on the body, (N, 3) [N m]."""
-        error = quaternion_error(measurement.attitude, measurement.reference_attitude)
+        error = quaternion_error(self._filter.update(measurement), measurement.reference_attitude)
         vector = error[:, 1:]
         sine = np.sqrt(np.einsum("ij,ij->i", vector, vector))[:, None]
         angle = 2.0 * np.arctan2(sine, error[:, :1])

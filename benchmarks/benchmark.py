@@ -1,0 +1,270 @@
+"""Measure the speed of the package, as ratios to yardsticks measured in the same run.
+
+Absolute times depend on the machine and on what else it does; each line therefore gives a ratio to something measured
+side by side, with the aim it is held to.
+
+Example
+-------
+    python benchmarks/benchmark.py
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import tyro
+from gymnasium import spaces
+
+import ftac_gym  # noqa: F401  registers the environments
+from ftac_gym import baselines, scenarios
+from ftac_gym.dynamics import Simulator
+from ftac_gym.dynamics.kernels import advance
+
+
+@dataclass(frozen=True)
+class Config:
+    """What to measure."""
+
+    repeats: int = 7
+    """Repeats of each measurement; the fastest counts."""
+    ppo: bool = True
+    """Measure the throughput of PPO, which takes a minute."""
+    cold: bool = True
+    """Measure imports, and the first step on a cold and on a warm cache, each in a fresh process."""
+
+
+def fastest(call: Callable[[], Any], number: int, repeats: int) -> float:
+    """Return the shortest mean time of a call [s] over several rounds."""
+    call()
+    rounds = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        for _ in range(number):
+            call()
+        rounds.append((time.perf_counter() - start) / number)
+    return min(rounds)
+
+
+def alternating(simulator: Simulator) -> Callable[[], None]:
+    """Return a step of the simulator under commands that leave the wheels far from saturation."""
+    command = np.random.default_rng(0).uniform(-0.1, 0.1, simulator.last_command.shape)
+
+    def step() -> None:
+        np.negative(command, out=command)
+        simulator.last_command[:] = command
+        simulator.advance()
+
+    return step
+
+
+def plant_call(simulator: Simulator) -> Callable[[], None]:
+    """Return the compiled plant alone: no measurement, no Python around it."""
+    tables = simulator._drawn()
+    arguments = (
+        0, simulator.num_craft, simulator.state.attitude, simulator.state.rate, simulator.state.wheel_momentum,
+        simulator.state.wheel_torque, simulator.ticks, simulator.last_command, simulator._axes,
+        simulator._torque_limits, simulator._momentum_limits, simulator._coupled, tables["inertia"],
+        simulator._rate_torque, tables["faults"], tables["disturbance"], tables["harmonics"], simulator._step,
+        simulator._substeps,
+    )  # fmt: skip
+
+    def call() -> None:
+        np.negative(simulator.last_command, out=simulator.last_command)
+        advance(*arguments)
+
+    return call
+
+
+def ready(craft: int, **changes: Any) -> Simulator:
+    """Return a simulator of the flagship that has been reset and given commands."""
+    scenario = scenarios.get("flagship").replace(**changes)
+    simulator = Simulator(scenario, craft)
+    simulator.reset(scenario.draw(0, craft))
+    simulator.step(np.random.default_rng(0).uniform(-0.1, 0.1, simulator.last_command.shape))
+    return simulator
+
+
+def measure_plant(config: Config) -> None:
+    """(a) Time of the plant per craft and RK4 sub-step, one thread."""
+    print("(a) plant alone, one thread [ns per craft and RK4 sub-step]; aim 60 at 1,024")
+    for name, changes in (("flagship", {}), ("healthy, undisturbed", {"faults": None, "disturbance": None})):
+        times = {}
+        for craft in (1, 64, 1024):
+            simulator = ready(craft, **changes)
+            elapsed = fastest(plant_call(simulator), max(20, 40_000 // craft), config.repeats)
+            times[craft] = elapsed / craft / simulator.scenario.substeps * 1e9
+        print(f"    {name:22s}" + "  ".join(f"N={craft}: {value:6.1f}" for craft, value in times.items()))
+
+
+def measure_vector(config: Config) -> None:
+    """(b) Whole step of the vector environment over the plant's own time."""
+    env = gym.make_vec("SpacecraftFTC-v0", num_envs=1024)
+    env.reset(seed=0)
+    action = np.random.default_rng(0).uniform(-0.5, 0.5, (1024, 4)).astype(np.float32)
+
+    def step() -> None:
+        np.negative(action, out=action)
+        env.step(action)
+
+    plant = fastest(plant_call(ready(1024)), 40, config.repeats)
+    whole = fastest(step, 40, config.repeats)
+    print(
+        f"(b) make_vec step over plant, N=1024: {whole / plant:.2f} ({whole * 1e6:.0f} / {plant * 1e6:.0f} us); aim 2"
+    )
+
+
+def measure_single(config: Config) -> None:
+    """(c) Single environment against CartPole-v1, both through gym.make."""
+    rates = {}
+    for name, action in (("SpacecraftFTC-v0", np.zeros(4, dtype=np.float32)), ("CartPole-v1", 0)):
+        env = gym.make(name)
+        env.reset(seed=0)
+
+        def step(env: gym.Env[Any, Any] = env, action: Any = action) -> None:
+            _, _, terminated, truncated, _ = env.step(action)
+            if terminated or truncated:
+                env.reset()
+
+        rates[name] = 1.0 / fastest(step, 3000, config.repeats)
+    ratio = rates["SpacecraftFTC-v0"] / rates["CartPole-v1"]
+    print(f"(c) single environment over CartPole-v1: {ratio:.2f} ({rates['SpacecraftFTC-v0']:.0f} / "
+          f"{rates['CartPole-v1']:.0f} steps/s); aim 0.30")  # fmt: skip
+
+
+def measure_ppo() -> None:
+    """(d) Throughput of PPO with 256 craft against the same PPO on an environment that costs nothing."""
+    from stable_baselines3 import PPO
+    from stable_baselines3.common.vec_env import VecEnv, VecNormalize
+
+    from ftac_gym.wrappers import SB3VecEnv, VectorResidualPolicy
+
+    class FreeVecEnv(VecEnv):
+        """Same spaces, no work."""
+
+        def __init__(self, observation_space: spaces.Space[Any], action_space: spaces.Space[Any]) -> None:
+            self.render_mode = None
+            super().__init__(256, observation_space, action_space)
+            self._observation = np.zeros((256, *(observation_space.shape or ())), dtype=np.float32)
+
+        def reset(self) -> Any:
+            return self._observation.copy()
+
+        def step_async(self, actions: Any) -> None:
+            return
+
+        def step_wait(self) -> Any:
+            zeros = np.zeros(256)
+            return self._observation.copy(), zeros.astype(np.float32), zeros.astype(bool), [{} for _ in range(256)]
+
+        def close(self) -> None:
+            return
+
+        def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+            return [getattr(self, attr_name)] * 256
+
+        def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+            setattr(self, attr_name, value)
+
+        def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> list[Any]:
+            return [None] * 256
+
+        def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
+            return [False] * 256
+
+    direct = SB3VecEnv(gym.make_vec("SpacecraftFTC-v0", num_envs=256, autoreset_mode="SameStep"))
+    inner = gym.make_vec("SpacecraftFTC-v0", num_envs=256, autoreset_mode="SameStep")
+    residual = SB3VecEnv(VectorResidualPolicy(inner))
+    contestants = {
+        "free": FreeVecEnv(direct.observation_space, direct.action_space),
+        "direct": direct,
+        "residual": residual,
+    }
+    models = {
+        name: PPO("MlpPolicy", VecNormalize(env), n_steps=128, batch_size=8192, n_epochs=5, device="cpu", seed=0)
+        for name, env in contestants.items()
+    }
+    best = dict.fromkeys(models, 0.0)
+    for _ in range(4):  # in turn, so that a change in the machine's speed hits all alike
+        for name, model in models.items():
+            start = time.perf_counter()
+            model.learn(3 * 128 * 256)
+            best[name] = max(best[name], 3 * 128 * 256 / (time.perf_counter() - start))
+    print(f"(d) PPO with 256 craft over PPO on a free environment: {best['direct'] / best['free']:.2f} direct, "
+          f"{best['residual'] / best['free']:.2f} residual ({best['direct']:.0f}, {best['residual']:.0f} / "
+          f"{best['free']:.0f} steps/s); aim 0.85 direct")  # fmt: skip
+
+
+def measure_baselines(config: Config) -> None:
+    """(e) Time of a baseline's call."""
+    print("(e) a baseline's call; aims 150 us for one craft, 1 us per craft for 1,024")
+    scenario = scenarios.get("flagship")
+    for name in baselines.names():
+        times = {}
+        for craft in (1, 1024):
+            simulator = ready(craft)
+            baseline = baselines.make(name, scenario, craft)
+            measurement = simulator.measurement()
+            baseline.reset()
+            times[craft] = fastest(lambda b=baseline, m=measurement: b.act(m), 100, config.repeats)  # type: ignore[misc]
+        print(f"    {name:22s}one craft: {times[1] * 1e6:.0f} us   1,024: {times[1024] / 1024 * 1e6:.2f} us per craft")
+
+
+def run_fresh(code: str, **environment: str) -> str:
+    """Run code in a fresh interpreter and return the last line that it prints."""
+    import os
+
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env={**os.environ, **environment}
+    )
+    return result.stdout.strip().splitlines()[-1]
+
+
+def measure_start(config: Config) -> None:
+    """(f) Import, and first step on a cold and on a warm cache; memory of a large vector environment."""
+    timed = "import time; t = time.perf_counter(); import ftac_gym; print(time.perf_counter() - t)"
+    imported = min(float(run_fresh(timed)) for _ in range(config.repeats))
+    torch = run_fresh("import sys, ftac_gym; print('torch' in sys.modules)")
+    print(f"(f) import ftac_gym: {imported:.2f} s, torch imported: {torch}; aims 0.7 s, False")
+    first = (
+        "import time; t = time.perf_counter(); import gymnasium as gym, ftac_gym, numpy as np;"
+        "env = gym.make('SpacecraftFTC-v0'); env.reset(seed=0); env.step(np.zeros(4, dtype=np.float32));"
+        "print(time.perf_counter() - t)"
+    )
+    with tempfile.TemporaryDirectory() as cache:
+        cold = float(run_fresh(first, NUMBA_CACHE_DIR=cache))
+        warm = min(float(run_fresh(first, NUMBA_CACHE_DIR=cache)) for _ in range(config.repeats))
+    print(f"    from start to first step: {cold:.1f} s cold, {warm:.2f} s warm; aims 25 s, 1.5 s")
+    memory = (
+        "import resource; import gymnasium as gym, ftac_gym, numpy as np;"
+        "from ftac_gym.envs import SpacecraftFTCVectorEnv; small = gym.make_vec('SpacecraftFTC-v0', num_envs=1);"
+        "small.reset(seed=0); small.step(np.zeros((1, 4)));"
+        "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss;"
+        "env = gym.make_vec('SpacecraftFTC-v0', num_envs=4096); env.reset(seed=0);"
+        "[env.step(np.zeros((4096, 4))) for _ in range(50)];"
+        "print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024)"
+    )
+    print(f"    memory of 4,096 craft above the interpreter: {float(run_fresh(memory)):.0f} MB; aim 300")
+
+
+def main(config: Config) -> None:
+    """Measure everything."""
+    measure_plant(config)
+    measure_vector(config)
+    measure_single(config)
+    if config.ppo:
+        measure_ppo()
+    measure_baselines(config)
+    if config.cold:
+        measure_start(config)
+
+
+if __name__ == "__main__":
+    main(tyro.cli(Config, description=__doc__))

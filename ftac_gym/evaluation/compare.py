@@ -1,0 +1,164 @@
+"""Run several policies on identical episodes, in batches that survive a kill, and compare them."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+import ftac_gym
+from ftac_gym.episodes import Episodes
+from ftac_gym.evaluation.metrics import Metrics
+from ftac_gym.evaluation.rollout import resolve_policy, rollout
+from ftac_gym.evaluation.statistics import Estimate, estimate, interquartile_mean, mean, paired_difference
+from ftac_gym.faults import FaultKind
+from ftac_gym.scenario import Scenario
+
+BATCH = 100
+"""Episodes that are run side by side and saved together."""
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluation:
+    """What a policy achieved.
+
+    Attributes
+    ----------
+    policy
+        Its name.
+    metrics
+        Arrays (N,) by name.
+    attitude_error
+        (T + 1, N) true pointing error [deg], single precision.
+    """
+
+    policy: str
+    metrics: Metrics
+    attitude_error: npt.NDArray[np.float32]
+
+
+def evaluate(
+    scenario: Scenario,
+    policy: Any,
+    episodes: Episodes,
+    name: str | None = None,
+    folder: Path | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Evaluation:
+    """Run a policy through episodes in batches.
+
+    Parameters
+    ----------
+    scenario
+        The task.
+    policy
+        See :func:`~ftac_gym.evaluation.rollout.resolve_policy`.
+    episodes
+        The episodes.
+    name
+        Name for tables; the default is the policy's own.
+    folder
+        Where finished batches are kept; a batch that lies there and was made by the same policy on the same episodes
+        is not run again. None keeps nothing.
+    progress
+        Called with the number of episodes finished.
+    """
+    label = name if name is not None else str(policy)
+    contestant = resolve_policy(policy)
+    fingerprint = getattr(contestant, "fingerprint", None)
+    finished = []
+    for start in range(0, len(episodes), BATCH):
+        batch = episodes[start : start + BATCH]
+        path = None
+        if folder is not None and fingerprint is not None:
+            identity = f"{ftac_gym.__version__} {fingerprint} {batch.digest()}"
+            path = folder / f"{hashlib.sha256(identity.encode()).hexdigest()[:20]}.npz"
+        if path is not None and path.exists():
+            with np.load(path) as data:
+                result = dict(data)
+        else:
+            history = rollout(scenario, contestant, batch)
+            result = {**history.metrics(), "attitude_error": np.degrees(history.attitude_error).astype(np.float32)}
+            if path is not None:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                partial = path.with_suffix(".partial")
+                with partial.open("wb") as file:
+                    np.savez_compressed(file, **result)
+                partial.rename(path)
+        finished.append(result)
+        if progress is not None:
+            progress(len(batch))
+    histories = np.concatenate([result.pop("attitude_error") for result in finished], axis=1)
+    metrics = {key: np.concatenate([result[key] for result in finished]) for key in finished[0]}
+    return Evaluation(label, metrics, histories)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One policy in a table: estimates by metric, and paired differences to the reference."""
+
+    policy: str
+    estimates: Mapping[str, Estimate]
+    differences: Mapping[str, Estimate]
+
+
+TABLE_METRICS = (
+    "success",
+    "settling_time",
+    "final_error",
+    "integrated_error",
+    "peak_after_fault",
+    "recovery_time",
+    "energy",
+    "chatter",
+)
+"""Metrics of the table; the mean for success, the interquartile mean for the others."""
+
+
+def compare(evaluations: list[Evaluation], reference: str, chosen: npt.NDArray[np.bool_]) -> list[Row]:
+    """Tabulate policies over some of the episodes.
+
+    Parameters
+    ----------
+    evaluations
+        One per policy, all on the same episodes.
+    reference
+        Name of the policy that the others are compared with; differences are policy minus reference.
+    chosen
+        (N,) which episodes count.
+
+    Raises
+    ------
+    ValueError
+        If the reference is not among the policies.
+    """
+    by_name = {evaluation.policy: evaluation for evaluation in evaluations}
+    if reference not in by_name:
+        raise ValueError(f"reference must be one of {sorted(by_name)}, got {reference!r}")
+    base = by_name[reference].metrics
+    rows = []
+    for evaluation in evaluations:
+        estimates, differences = {}, {}
+        for metric in TABLE_METRICS:
+            statistic = mean if metric == "success" else interquartile_mean
+            values = evaluation.metrics[metric][chosen]
+            estimates[metric] = estimate(values, statistic)
+            if evaluation.policy != reference:
+                differences[metric] = paired_difference(values, base[metric][chosen])
+        rows.append(Row(evaluation.policy, estimates, differences))
+    return rows
+
+
+def fault_classes(episodes: Episodes) -> npt.NDArray[np.str_]:
+    """Return what is wrong in each episode, in words: a fault kind, "healthy", or how many wheels are faulty."""
+    kinds = episodes.faults["kind"].max(axis=2)
+    faulty = (kinds > 0).sum(axis=1)
+    labels = []
+    for row, count in zip(kinds, faulty, strict=True):
+        labels.append(FaultKind(int(row.max())).label if count <= 1 else f"{count} wheels")
+    return np.array(labels)

@@ -1,0 +1,113 @@
+"""Figures of evaluations and of single episodes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ftac_gym.evaluation.compare import Evaluation
+from ftac_gym.evaluation.rollout import Rollout
+from ftac_gym.faults import FaultKind, fault_effect
+
+# Okabe and Ito's colours, which the colour-blind can tell apart.
+COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+FLOOR = 1e-4
+"""Smallest pointing error drawn [deg]."""
+
+
+def error_bands(
+    evaluations: Sequence[Evaluation], control_period: float, cone: float, chosen: npt.NDArray[np.bool_]
+) -> Figure:
+    """Draw the pointing error of policies against time: median, middle half, and 5th to 95th percentile.
+
+    Parameters
+    ----------
+    evaluations
+        One panel each.
+    control_period
+        [s].
+    cone
+        Success cone [deg], drawn as a line.
+    chosen
+        (N,) which episodes count.
+    """
+    figure = Figure(figsize=(4.0 * len(evaluations), 3.6), layout="constrained")
+    panels = figure.subplots(1, len(evaluations), sharex=True, sharey=True, squeeze=False)[0]
+    for panel, evaluation, color in zip(panels, evaluations, COLORS, strict=False):
+        error = np.maximum(evaluation.attitude_error[:, chosen], FLOOR)
+        low, quarter, middle, three, high = np.percentile(error, [5.0, 25.0, 50.0, 75.0, 95.0], axis=1)
+        time = np.arange(len(error)) * control_period
+        panel.fill_between(time, low, high, color=color, alpha=0.15, linewidth=0.0, label="5 to 95 %")
+        panel.fill_between(time, quarter, three, color=color, alpha=0.35, linewidth=0.0, label="25 to 75 %")
+        panel.plot(time, middle, color=color, label="median")
+        panel.axhline(cone, color="black", linestyle=":", linewidth=1.0)
+        panel.set(yscale="log", title=evaluation.policy, xlabel="time [s]", ylim=(FLOOR, 200.0), xlim=(0.0, time[-1]))
+        panel.grid(alpha=0.3)
+        panel.legend(loc="upper right", fontsize=8)
+    panels[0].set_ylabel("pointing error [deg]")
+    return figure
+
+
+def episode(histories: Mapping[str, Rollout]) -> Figure:
+    """Draw one episode in detail: errors of all policies, wheels of each, and the true fault.
+
+    Parameters
+    ----------
+    histories
+        Rollouts of the same single episode, by policy.
+    """
+    figure = Figure(figsize=(max(9.0, 4.2 * len(histories)), 10.0), layout="constrained")
+    grid = figure.add_gridspec(5, len(histories))
+    error, rate = figure.add_subplot(grid[0, :]), figure.add_subplot(grid[1, :])
+    for (name, history), color in zip(histories.items(), COLORS, strict=False):
+        pointing = np.maximum(np.degrees(history.attitude_error[:, 0]), FLOOR)
+        error.plot(history.time, pointing, color=color, label=name)
+        rate.plot(history.time, np.maximum(np.degrees(history.rate_error[:, 0]), FLOOR), color=color)
+    error.set(yscale="log", ylabel="pointing\nerror [deg]")
+    rate.set(yscale="log", ylabel="rate error\n[deg/s]")
+    error.legend(loc="upper right", fontsize=8, ncols=len(histories))
+    first = next(iter(histories.values()))
+    success = first.scenario.success
+    error.axhline(np.degrees(success.angle), color="black", linestyle=":", linewidth=1.0)
+    rate.axhline(np.degrees(success.rate), color="black", linestyle=":", linewidth=1.0)
+    error.set_title(describe_faults(first))
+    panels: list[Axes] = [error, rate]
+    for column, (name, history) in enumerate(histories.items()):
+        torque, momentum = figure.add_subplot(grid[2, column]), figure.add_subplot(grid[3, column])
+        fault = figure.add_subplot(grid[4, column])
+        faults, wheels = history.episodes.faults, history.command.shape[2]
+        count = len(history.time) - 1
+        torques = np.vstack([np.zeros((1, wheels)), history.applied_torque[:, 0]])
+        effectiveness, bias = fault_effect(np.repeat(faults, count + 1, axis=0), history.time, torques)
+        for wheel in range(wheels):
+            color = COLORS[wheel]
+            torque.plot(history.time[1:], history.applied_torque[:, 0, wheel], color=color, linewidth=0.8)
+            momentum.plot(history.time, history.wheel_momentum[:, 0, wheel], color=color, label=f"wheel {wheel}")
+            fault.plot(history.time, effectiveness[:, wheel], color=color, linewidth=1.2)
+            fault.plot(history.time, bias[:, wheel] / 0.1, color=color, linestyle="--", linewidth=1.0)
+        torque.set_title(name, fontsize=10)
+        panels += [torque, momentum, fault]
+        if column == 0:
+            torque.set_ylabel("wheel torque\n[N m]")
+            momentum.set_ylabel("wheel momentum\n[N m s]")
+            fault.set_ylabel("effectiveness (solid)\nbias / 0.1 N m (dashed)")
+            momentum.legend(fontsize=7, ncols=2)
+        fault.set_xlabel("time [s]")
+    for panel in panels:
+        panel.grid(alpha=0.3)
+        panel.set_xlim(0.0, first.time[-1])
+    return figure
+
+
+def describe_faults(history: Rollout) -> str:
+    """Return the faults of a rollout's first episode in words."""
+    words = []
+    for wheel, layers in enumerate(history.episodes.faults[0]):
+        for record in layers:
+            if record["kind"] > 0:
+                words.append(f"wheel {wheel}: {FaultKind(int(record['kind'])).label} at {record['onset']:.1f} s")
+    return "; ".join(words) if words else "healthy"
