@@ -7,7 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.parameters import FloatArray, Interval, Intervals, draw, draw_axes, interval, intervals, non_negative
+from ftac_gym.parameters import (
+    FloatArray,
+    Interval,
+    Intervals,
+    draw,
+    draw_axes,
+    interval,
+    intervals,
+    non_negative,
+    require,
+)
 
 DISTURBANCE = np.dtype([("constant", "f8", (3,)), ("rate_scaled", "f8"), ("rate_offset", "f8")])
 """Per craft: constant torque [N m]; flag 1.0 if scaled by (|w|^2 + c); the offset c [rad^2/s^2]."""
@@ -63,6 +73,8 @@ class Disturbance:
         """Check and normalise the fields."""
         object.__setattr__(self, "constant", intervals(self.constant, "constant"))
         object.__setattr__(self, "harmonics", tuple(self.harmonics))
+        for harmonic in self.harmonics:
+            require(isinstance(harmonic, Harmonic), "harmonics", "must hold Harmonic objects", harmonic)
         if self.rate_offset is not None:
             object.__setattr__(self, "rate_offset", non_negative(self.rate_offset, "rate_offset"))
 

@@ -101,9 +101,12 @@ class Episodes:
         ValueError
             If the file holds no episodes.
         """
-        with np.load(path, allow_pickle=False) as data:
-            names = [field.name for field in fields(cls)]
+        names = [field.name for field in fields(cls)]
+        data = np.load(path, allow_pickle=False)
+        if not isinstance(data, np.lib.npyio.NpzFile):
+            raise ValueError(f"{path} holds no episodes: it is a single array")
+        with data:
             if missing := [name for name in names if name not in data]:
                 raise ValueError(f"{path} holds no episodes: it lacks {missing[0]!r}")
-            values = {name: data[name] for name in names}
+            values: dict[str, Any] = {name: data[name] for name in names}
         return cls(**{**values, "scenario_json": str(values["scenario_json"])})

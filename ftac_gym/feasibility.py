@@ -2,11 +2,11 @@
 
 The rule looks at the wheels as they are in the worst moment of each fault, and is the same for every policy:
 
-1. Torque. A wheel that still obeys offers its effectiveness times its torque limit either way; the uncommanded torque
-   (bias, hard-over) of the others and the largest disturbance must lie inside the torque envelope of what is offered,
+1. Torque. A wheel that still obeys offers its effectiveness times its torque limit either way; any combination of the
+   uncommanded torques (bias, hard-over) and of the disturbance must lie inside the torque envelope of what is offered,
    scaled down to leave ``TORQUE_RESERVE`` of it for control.
-2. Momentum. A wheel that runs away ends at its momentum limit, and what it pours into the body must lie inside the
-   momentum envelope of the wheels that obey.
+2. Momentum. A wheel that no longer obeys but has a torque of its own ends at its momentum limit at the latest; what it
+   pours into the body must lie inside the momentum envelope of the wheels that obey.
 
 Both envelopes are zonotopes, sum_j [-r_j, r_j] D[:, j], and a torque t lies inside one exactly if
 |n.t| <= sum_j r_j |n.D[:, j]| for the normal n of every pair of wheel axes. A locked wheel holds a torque that the
@@ -22,7 +22,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.attitude import cross
-from ftac_gym.faults.table import FaultKind
 from ftac_gym.parameters import FloatArray
 from ftac_gym.spacecraft import WheelArray
 
@@ -30,6 +29,9 @@ BoolArray = npt.NDArray[np.bool_]
 
 UNLIMITED = 1e12
 """Stands for the torque or momentum of a wheel without a limit: infinite times zero would be undefined."""
+
+ROUNDING = 1e-9
+"""Relative tolerance: a load exactly on the envelope is inside."""
 
 TORQUE_RESERVE = 0.2
 """Share of the torque envelope that must stay free for control."""
@@ -55,34 +57,44 @@ def envelope_normals(axes: FloatArray) -> FloatArray:
     return units
 
 
-def inside_envelope(point: FloatArray, margin: FloatArray, axes: FloatArray, reach: FloatArray) -> BoolArray:
-    """Tell whether boxes of vectors lie inside the zonotope of the wheels.
+def inside_envelope(
+    point: FloatArray, margin: FloatArray, axes: FloatArray, reach: FloatArray, wheel_margin: FloatArray | float = 0.0
+) -> BoolArray:
+    """Tell whether sets of vectors lie inside the zonotope of the wheels.
+
+    A set is a point, give or take a box in body axes and an interval along each wheel axis.
 
     Parameters
     ----------
     point
-        (N, 3) centre of the box: a torque [N m] or a momentum [N m s].
+        (N, 3) centre of the set: a torque [N m] or a momentum [N m s].
     margin
         (N, 3) half-widths of the box.
     axes
         (3, m) wheel axes.
     reach
         (N, m) what each wheel can give either way, same unit as ``point``.
+    wheel_margin
+        (N, m) half-widths along the wheel axes.
 
     Returns
     -------
     Array (N,) of booleans; False where the wheels that can give anything do not span space.
     """
     normals = envelope_normals(axes)
-    support = np.minimum(reach, UNLIMITED) @ np.abs(axes.T @ normals.T)
-    # The corner of the box that is farthest along a normal, whichever it is.
+    across = np.abs(axes.T @ normals.T)
+    support = np.minimum(reach, UNLIMITED) @ across
+    # The vector of the set that is farthest along a normal, whichever it is.
     farthest = np.abs(point @ normals.T) + margin @ np.abs(normals.T)
+    if isinstance(wheel_margin, np.ndarray):
+        farthest = farthest + wheel_margin @ across
     gram = np.einsum("nj,ij,kj->nik", (reach > 0.0).astype(float), axes, axes)
-    inside: BoolArray = np.all(farthest <= support, axis=1) & (np.linalg.eigvalsh(gram)[:, 0] > 1e-9)
+    held = np.all(farthest <= support * (1.0 + ROUNDING), axis=1)
+    inside: BoolArray = held & (np.linalg.eigvalsh(gram)[:, 0] > 1e-9)
     return inside
 
 
-def label(faults: np.ndarray, wheels: WheelArray, largest_disturbance: FloatArray, duration: float) -> np.ndarray:
+def label(faults: np.ndarray, wheels: WheelArray, largest_disturbance: FloatArray, duration: float) -> BoolArray:
     """Label episodes as feasible.
 
     Parameters
@@ -105,17 +117,20 @@ def label(faults: np.ndarray, wheels: WheelArray, largest_disturbance: FloatArra
     effectiveness = np.where(acting, np.maximum(weakest, 0.0), 1.0).prod(axis=2)
     length = np.clip(np.minimum(faults["recovery"], duration) - np.minimum(faults["onset"], duration), 0.0, None)
     swing = np.abs(faults["bias_amplitude"]) * length ** faults["bias_exponent"]
-    ramped = faults["bias"] + faults["bias_slope"] * length
-    bias = np.where(np.abs(ramped) > np.abs(faults["bias"]), ramped, faults["bias"])
-    bias = np.where(acting, bias + np.where(bias < 0.0, -swing, swing), 0.0).sum(axis=2)
+    first, last = faults["bias"], faults["bias"] + faults["bias_slope"] * length
+    # Faults of one wheel or of several need not act at the same time: each is counted from nothing to its worst.
+    highest = np.where(acting, np.maximum(np.maximum(first, last) + swing, 0.0), 0.0).sum(axis=2)
+    lowest = np.where(acting, np.minimum(np.minimum(first, last) - swing, 0.0), 0.0).sum(axis=2)
 
     axes = wheels.axis_matrix
     obeys = effectiveness > 0.0
     offered = (1.0 - TORQUE_RESERVE) * effectiveness * np.minimum(wheels.torque_limits, UNLIMITED)
-    controllable = inside_envelope(bias @ axes.T, largest_disturbance, axes, offered)
+    load, half = 0.5 * (highest + lowest), 0.5 * (highest - lowest)
+    controllable = inside_envelope(load @ axes.T, largest_disturbance, axes, offered, half)
 
-    runs_away = (acting & (faults["kind"] == FaultKind.HARD_OVER)).any(axis=2)
-    poured = np.minimum(np.abs(bias) * length.max(axis=2), wheels.momentum_limits)
-    poured = np.where(runs_away, np.sign(bias) * poured, 0.0)
+    # A wheel that does not obey pours its uncommanded torque into the body until its momentum limit stops it.
+    poured_up = np.where(obeys, 0.0, np.minimum(highest * length.max(axis=2), wheels.momentum_limits))
+    poured_down = np.where(obeys, 0.0, np.maximum(lowest * length.max(axis=2), -wheels.momentum_limits))
+    load, half = 0.5 * (poured_up + poured_down), 0.5 * (poured_up - poured_down)
     storable = np.where(obeys, wheels.momentum_limits, 0.0)
-    return controllable & inside_envelope(poured @ axes.T, np.zeros((1, 3)), axes, storable)
+    return controllable & inside_envelope(load @ axes.T, np.zeros((1, 3)), axes, storable, half)

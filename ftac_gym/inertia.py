@@ -50,6 +50,7 @@ class InertiaUncertainty:
         if self.offset is not None:
             offset = np.asarray(self.offset, dtype=float)
             require(offset.shape == (3, 3), "offset", "must be 3 x 3", self.offset)
+            require(bool(np.isfinite(offset).all()), "offset", "must be finite", self.offset)
             require(bool(np.allclose(offset, offset.T)), "offset", "must be symmetric", self.offset)
             object.__setattr__(self, "offset", tuple(tuple(float(value) for value in row) for row in offset))
         for name in ("amplitude", "frequency", "phase"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -45,14 +45,17 @@ class InitialState:
     max_rate
         Largest magnitude of a random rate [rad/s].
     wheel_momentum
-        Momentum of each wheel [N m s]: one interval for all wheels, or a fixed value per wheel.
+        Momentum of each wheel [N m s]: one interval for all wheels.
+    fixed_wheel_momentum
+        Momentum of each wheel [N m s], one number per wheel; None draws from ``wheel_momentum``.
     """
 
     attitude: Vector | None = None
     angle: Interval | None = None
     rate: Vector | None = None
     max_rate: float = 0.0
-    wheel_momentum: Interval | Vector = 0.0
+    wheel_momentum: Interval = 0.0
+    fixed_wheel_momentum: Vector | None = None
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
@@ -65,11 +68,10 @@ class InitialState:
         if self.rate is not None:
             object.__setattr__(self, "rate", vector(self.rate, 3, "rate"))
         object.__setattr__(self, "max_rate", non_negative(self.max_rate, "max_rate"))
-        momentum = self.wheel_momentum
-        if isinstance(momentum, (tuple, list)) and len(momentum) != 2:
-            object.__setattr__(self, "wheel_momentum", vector(momentum, len(momentum), "wheel_momentum"))
-        else:
-            object.__setattr__(self, "wheel_momentum", interval(momentum, "wheel_momentum"))
+        object.__setattr__(self, "wheel_momentum", interval(self.wheel_momentum, "wheel_momentum"))
+        if self.fixed_wheel_momentum is not None:
+            momentum = vector(self.fixed_wheel_momentum, len(self.fixed_wheel_momentum), "fixed_wheel_momentum")
+            object.__setattr__(self, "fixed_wheel_momentum", momentum)
 
     @classmethod
     def fixed(
@@ -78,9 +80,14 @@ class InitialState:
         rate: Sequence[float] = (0.0, 0.0, 0.0),
         wheel_momentum: float | Sequence[float] = 0.0,
     ) -> InitialState:
-        """Build a fixed start from a quaternion, a rate [rad/s] and the wheel momentum [N m s]."""
-        momentum = wheel_momentum if isinstance(wheel_momentum, (int, float)) else tuple(wheel_momentum)
-        return cls(attitude=tuple(attitude), rate=tuple(rate), wheel_momentum=momentum)
+        """Build a fixed start from a quaternion, a rate [rad/s] and the wheel momentum [N m s].
+
+        The momentum is one number for all wheels, or one per wheel.
+        """
+        start = cls(attitude=tuple(attitude), rate=tuple(rate))
+        if isinstance(wheel_momentum, (int, float)):
+            return replace(start, wheel_momentum=wheel_momentum)
+        return replace(start, fixed_wheel_momentum=tuple(wheel_momentum))
 
     def uniform_count(self, wheels: int) -> int:
         """How many uniform deviates one episode needs."""
@@ -115,12 +122,12 @@ class InitialState:
             table["rate"] = self.rate
         else:
             table["rate"] = (self.max_rate * uniform[:, 3])[:, None] * _directions(uniform[:, 4:6])
-        momentum = self.wheel_momentum
-        if isinstance(momentum, tuple) and len(momentum) != 2:
-            require(len(momentum) == wheels, "wheel_momentum", f"must have {wheels} values", momentum)
-            table["wheel_momentum"] = momentum
+        if self.fixed_wheel_momentum is None:
+            table["wheel_momentum"] = draw(self.wheel_momentum, uniform[:, 7:])
         else:
-            table["wheel_momentum"] = draw(momentum, uniform[:, 7:])
+            given = len(self.fixed_wheel_momentum)
+            require(given == wheels, "fixed_wheel_momentum", f"must have {wheels} values, one per wheel", given)
+            table["wheel_momentum"] = self.fixed_wheel_momentum
         largest = np.abs(table["wheel_momentum"]).max(axis=0, initial=0.0)
         within = bool(np.all(largest <= momentum_limits))
         require(within, "wheel_momentum", f"must stay within the limits {momentum_limits}", largest.tolist())

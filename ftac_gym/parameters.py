@@ -52,7 +52,10 @@ def non_negative(value: float, field: str) -> float:
 
 def vector(values: Sequence[float], length: int, field: str) -> Vector:
     """Return the values as a tuple of floats; raise a ValueError unless there are ``length`` finite numbers."""
-    array = np.asarray(values, dtype=float)
+    try:
+        array = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{field} must have {length} numbers, got {values!r}") from None
     require(array.shape == (length,), field, f"must have {length} numbers", values)
     require(bool(np.isfinite(array).all()), field, "must be finite", values)
     return tuple(float(value) for value in array)
@@ -63,7 +66,8 @@ def unit_quaternion(values: Sequence[float], field: str) -> Vector:
     quaternion = vector(values, 4, field)
     norm = math.sqrt(sum(value * value for value in quaternion))
     require(abs(norm - 1.0) < 1e-3, field, "must be a unit quaternion, scalar first", values)
-    return tuple(value / norm for value in quaternion)
+    # What is normalised already stays as it is, so that a round trip through JSON changes nothing.
+    return quaternion if abs(norm - 1.0) < 1e-15 else tuple(value / norm for value in quaternion)
 
 
 def interval(value: Interval, field: str) -> Interval:
@@ -78,7 +82,8 @@ def interval(value: Interval, field: str) -> Interval:
 
 def intervals(values: Sequence[Interval], field: str) -> Intervals:
     """Return three checked intervals, one per body axis."""
-    require(not isinstance(values, (int, float)) and len(values) == 3, field, "must have three entries", values)
+    valid = isinstance(values, (tuple, list, np.ndarray)) and len(values) == 3
+    require(valid, field, "must have three entries", values)
     first, second, third = (interval(value, f"{field}[{axis}]") for axis, value in enumerate(values))
     return (first, second, third)
 

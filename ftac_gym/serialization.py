@@ -32,7 +32,7 @@ def from_plain(value: Any, classes: Mapping[str, type]) -> Any:
     Raises
     ------
     ValueError
-        If a dict names no class or an unknown one, or a field that the class does not have.
+        If a dict names no class or an unknown one, has a field that the class does not, or lacks one that it needs.
     """
     if isinstance(value, Mapping):
         name = str(value.get(TYPE_KEY))
@@ -42,6 +42,13 @@ def from_plain(value: Any, classes: Mapping[str, type]) -> Any:
         fields = {key: from_plain(item, classes) for key, item in value.items() if key != TYPE_KEY}
         if unknown := sorted(set(fields) - known):
             raise ValueError(f"{name} has no field {unknown[0]!r}; its fields are {sorted(known)}")
+        required = {
+            field.name
+            for field in dataclasses.fields(classes[name])
+            if field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
+        }
+        if missing := sorted(required - set(fields)):
+            raise ValueError(f"{name} needs the field {missing[0]!r}")
         return classes[name](**fields)
     if isinstance(value, (list, tuple)):
         return tuple(from_plain(item, classes) for item in value)

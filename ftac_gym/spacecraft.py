@@ -116,6 +116,7 @@ class Spacecraft:
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
+        require(isinstance(self.wheels, WheelArray), "wheels", "must be a WheelArray", self.wheels)
         inertia = np.asarray(self.inertia, dtype=float)
         require(inertia.shape == (3, 3), "inertia", "must be 3 x 3", self.inertia)
         require(bool(np.isfinite(inertia).all()), "inertia", "must be finite", self.inertia)

@@ -19,9 +19,7 @@ from ftac_gym.spacecraft import Spacecraft, WheelArray
 PYRAMID = WheelArray.sign_pyramid(0.2, 12.0)
 ORTHOGONAL = WheelArray(np.eye(3), 0.2, 12.0)
 DISTANCE = 0.5 * math.sqrt(2.0)
-SIX = WheelArray(
-    DISTANCE * np.array([[1, 1, 1, 1, 0, 0], [1, -1, 0, 0, 1, 1], [0, 0, 1, -1, 1, -1]]), torque_limit=0.2
-)
+SIX = WheelArray(DISTANCE * np.array([[1, 1, 1, 1, 0, 0], [1, -1, 0, 0, 1, 1], [0, 0, 1, -1, 1, -1]]), torque_limit=0.2)
 
 
 def feasible(*faults, wheels=PYRAMID, disturbance=None, duration=100.0, rate=(0.0, 0.0, 0.0)):

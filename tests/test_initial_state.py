@@ -92,7 +92,7 @@ def test_momentum_interval_holds_for_every_wheel_independently():
 def test_fixed_momentum_for_all_or_per_wheel():
     assert np.all(draw(InitialState(wheel_momentum=2.0), 3)["wheel_momentum"] == 2.0)
     each = (1.0, -2.0, 3.0, -4.0)
-    assert np.all(draw(InitialState(wheel_momentum=each), 3)["wheel_momentum"] == each)
+    assert np.all(draw(InitialState(fixed_wheel_momentum=each), 3)["wheel_momentum"] == each)
 
 
 def test_momentum_may_reach_its_limit_but_not_pass_it():
@@ -100,7 +100,7 @@ def test_momentum_may_reach_its_limit_but_not_pass_it():
     with pytest.raises(ValueError, match="wheel_momentum must stay within the limits"):
         draw(InitialState(wheel_momentum=12.1), 3)
     with pytest.raises(ValueError, match="wheel_momentum must stay within the limits"):
-        draw(InitialState(wheel_momentum=(1.0, 1.0, 1.0, -13.0)), 3)
+        draw(InitialState(fixed_wheel_momentum=(1.0, 1.0, 1.0, -13.0)), 3)
 
 
 def test_momentum_without_limits():
@@ -109,7 +109,7 @@ def test_momentum_without_limits():
 
 def test_number_of_momenta_must_be_that_of_the_wheels():
     with pytest.raises(ValueError, match="wheel_momentum must have 4 values"):
-        draw(InitialState(wheel_momentum=(1.0, 2.0, 3.0)), 3)
+        draw(InitialState(fixed_wheel_momentum=(1.0, 2.0, 3.0)), 3)
 
 
 # ------------------------------------------------------------------------------------------------------------ fixed
@@ -147,7 +147,7 @@ def test_fixed_start_takes_one_momentum_per_wheel_for_any_number_of_wheels(wheel
         ({"rate": ("fast", 0.0, 0.0)}, "rate must"),
         ({"max_rate": -0.1}, "max_rate must not be negative"),
         ({"wheel_momentum": (2.0, 1.0)}, "wheel_momentum must have low <= high"),
-        ({"wheel_momentum": (1.0, math.nan, 1.0)}, "wheel_momentum must be finite"),
+        ({"fixed_wheel_momentum": (1.0, math.nan, 1.0)}, "fixed_wheel_momentum must be finite"),
         ({"wheel_momentum": "full"}, "wheel_momentum must be a number"),
     ],
 )

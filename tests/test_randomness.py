@@ -1,4 +1,4 @@
-"""Tests of `ftac_gym.randomness`: published known answers, distributions, and the independence of what was asked for."""
+"""Tests of `ftac_gym.randomness`: known answers, distributions, and independence of what was asked for."""
 
 import numpy as np
 import pytest
@@ -100,6 +100,11 @@ def test_pairs_of_neighbouring_numbers_fill_the_square():
     numbers = deviates(episodes=10_000, count=2)
     counts = np.histogram2d(numbers[:, 0], numbers[:, 1], bins=10, range=[[0, 1], [0, 1]])[0]
     assert stats.chisquare(counts.ravel()).pvalue > 1e-3
+
+
+def test_numbers_stay_what_they_were_when_episode_lists_were_frozen():
+    numbers = uniforms(keys_from_seeds([0]), np.array([3]), Purpose.FAULTS, 3)
+    np.testing.assert_array_equal(numbers, [[0.4706930000445658, 0.21812443248614954, 0.47628000266377635]])
 
 
 # ------------------------------------------------------------------------------------------------------------- keys

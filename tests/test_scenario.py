@@ -21,7 +21,7 @@ AXES = ((0.1, 0.2), -0.3, (0.0, 0.5))
 TIMING = {"onset": (1.0, 2.0), "recovery": (3.0, 4.0), "period": 0.5, "on_time": (0.1, 0.2)}
 PARTS = [  # every class with no field at its default
     {"spacecraft": Spacecraft(np.diag([1.0, 1.0, 9.0]), WheelArray(np.eye(3), (1, 2, 3), 4, False), True)},
-    {"initial_state": InitialState((0.6, 0.8, 0.0, 0.0), (0.1, 0.2), (0.1, 0.2, 0.3), 0.4, (1.0, 2.0, 3.0, 4.0))},
+    {"initial_state": InitialState((0.6, 0.8, 0.0, 0.0), (0.1, 0.2), (0.1, 0.2, 0.3), 0.4, 0.0, (1.0, 2.0, 3.0, 4.0))},
     {"initial_state": InitialState(angle=1.0, max_rate=0.1, wheel_momentum=(-1.0, 1.0))},
     {"reference": SetPoints(((1.0, 0.0, 0.0, 0.0), (0.0, 0.6, 0.8, 0.0)), (0.0, 5.0))},
     {"reference": MRPSinusoid(AXES, AXES, AXES, AXES)},

@@ -1,4 +1,4 @@
-"""Tests of `ftac_gym.sensors`: what is drawn and what is refused. What a craft measures is in dynamics/test_sensing.py."""
+"""Tests of `ftac_gym.sensors`: what is drawn and what is refused (for what is measured see test_sensing)."""
 
 import numpy as np
 import pytest

@@ -68,6 +68,10 @@ class Config:
     """Baseline that the agent corrects; "none" trains a direct policy."""
     authority: float = 0.5
     """Authority of the residual."""
+    fade_angle: float = 0.035
+    """Pointing error [rad] below which the authority shrinks; zero never shrinks it."""
+    fade_floor: float = 0.02
+    """Share of the authority that is always kept."""
     total_steps: int = 8_000_000
     """Environment steps, over all craft."""
     num_envs: int = 256
@@ -101,7 +105,7 @@ class Config:
     def interface(self) -> Interface:
         """What surrounds the policy network."""
         base = None if self.base == "none" else self.base
-        return Interface(self.observation, base, self.authority)
+        return Interface(self.observation, base, self.authority, self.fade_angle, self.fade_floor)
 
 
 def make_env(config: Config) -> SB3VecEnv:

@@ -156,6 +156,7 @@ class Simulator:
                 fits = table.dtype == arrays[name].dtype and table.shape[1:] == arrays[name].shape[1:]
                 rule = f"must fit the scenario: {name} must have shape (episodes, *{table.shape[1:]})"
                 require(fits, "episodes", rule, arrays[name].shape)
+            for name, table in self._tables.items():
                 table[chosen] = arrays[name]
         tables = self._tables
         for part, name in ((self.state.attitude, "attitude"), (self.state.rate, "rate")):

@@ -39,8 +39,8 @@ class Interface:
         Information tier.
     base
         Name of the baseline that the agent corrects; None for an agent that acts directly.
-    authority
-        Authority of the residual.
+    authority, fade_angle, fade_floor
+        Authority of the residual; see :class:`~ftac_gym.wrappers.ResidualPolicy`.
     gains
         Gains of the base.
     """
@@ -48,13 +48,22 @@ class Interface:
     observation: str = "attitude"
     base: str | None = "pd_dob"
     authority: float = 0.5
+    fade_angle: float = 0.0
+    fade_floor: float = 0.0
     gains: dict[str, Any] = field(default_factory=dict)
 
     def wrap(self, env: Any) -> Any:
         """Return the environment as the policy network sees it, single or vector."""
         if self.base is None:
             return env
-        return ResidualPolicy(env, base=self.base, authority=self.authority, **self.gains)
+        return ResidualPolicy(
+            env,
+            base=self.base,
+            authority=self.authority,
+            fade_angle=self.fade_angle,
+            fade_floor=self.fade_floor,
+            **self.gains,
+        )
 
 
 class Agent:

@@ -16,7 +16,9 @@ def _probabilities(values: tuple[float, ...], field: str) -> Vector:
     array = np.asarray(values, dtype=float)
     valid = array.ndim == 1 and array.size > 0 and bool(np.all(array >= 0.0)) and 0.0 < array.sum() < np.inf
     require(valid, field, "must be non-negative weights with a positive sum", values)
-    return tuple(float(value) for value in array / array.sum())
+    total = float(array.sum())
+    # What is normalised already stays as it is, so that a round trip through JSON changes nothing.
+    return tuple(float(value) for value in (array if abs(total - 1.0) < 1e-15 * array.size else array / total))
 
 
 @dataclass(frozen=True)

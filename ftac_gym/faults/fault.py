@@ -50,6 +50,7 @@ class Fault:
         if self.wheel is not None:
             is_index = isinstance(self.wheel, (int, np.integer)) and not isinstance(self.wheel, bool)
             require(is_index and self.wheel >= 0, "wheel", "must be a non-negative integer or None", self.wheel)
+            object.__setattr__(self, "wheel", int(self.wheel))
         object.__setattr__(self, "onset", interval(self.onset, "onset"))
         require(bounds(self.onset)[0] >= 0.0, "onset", "must not be negative", self.onset)
         if self.recovery is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import gymnasium as gym
@@ -13,22 +14,35 @@ from gymnasium.vector import VectorEnv, VectorWrapper
 from gymnasium.vector.utils import batch_space
 
 from ftac_gym import baselines
+from ftac_gym.attitude import angle_between
 from ftac_gym.baselines import Baseline, as_action
 from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, require
+from ftac_gym.parameters import FloatArray, non_negative, require
 
 Observation = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Fade:
+    """How the authority shrinks near the target: in proportion to the error below ``angle`` [rad], to ``floor``."""
+
+    angle: float
+    floor: float
 
 
 class _Base:
     """The base controller of N craft, its present action, and how a residual changes it."""
 
-    def __init__(self, env: Any, num_craft: int, base: str, authority: float, gains: dict[str, Any]) -> None:
+    def __init__(
+        self, env: Any, num_craft: int, base: str, authority: float, fade: Fade | None, gains: dict[str, Any]
+    ) -> None:
         inner = env.unwrapped
         known = callable(getattr(inner, "measurement", None))
         require(known, "env", "must be an environment of ftac_gym", env)
         require(0.0 < authority <= 2.0, "authority", "must be above 0 and at most 2", authority)
-        self._authority = authority
+        self._full_authority = authority
+        self._fade = fade
+        self._authority = np.full((num_craft, 1), authority)
         self._env = inner
         self._limits = inner.scenario.spacecraft.wheels.torque_limits
         self.baseline: Baseline = baselines.make(base, inner.scenario, num_craft, **gains)
@@ -40,12 +54,24 @@ class _Base:
         if (measurement.time == 0.0).any():
             self.baseline.reset(measurement.time == 0.0)
         self.action = as_action(self.baseline.act(measurement), self._limits)
+        self._authority = self._authority_at(measurement)
+
+    def _authority_at(self, measurement: Measurement) -> FloatArray:
+        """Return the authority (N, 1) of the residual at a measurement."""
+        share = np.ones(len(measurement))
+        if self._fade is not None:
+            angle = np.atleast_1d(angle_between(measurement.attitude, measurement.reference_attitude))
+            share = np.clip(angle / self._fade.angle, self._fade.floor, 1.0)
+        authority: FloatArray = self._full_authority * share[:, None]
+        return authority
 
     def restart(self, mask: npt.NDArray[np.bool_]) -> None:
         """Reset and act for the craft in the mask (N,) alone; the others have acted on this measurement already."""
         self.baseline.reset(mask)
-        command = self.baseline.act_only(self._env.measurement(), mask)
+        measurement = self._env.measurement()
+        command = self.baseline.act_only(measurement, mask)
         self.action = np.where(mask[:, None], as_action(command, self._limits), self.action)
+        self._authority = self._authority_at(measurement)
 
     def preview(self, measurement: Measurement) -> FloatArray:
         """Return the action for another measurement without moving on."""
@@ -56,6 +82,12 @@ class _Base:
         """Return the action that the environment shall take."""
         total: FloatArray = np.clip(self.action + self._authority * np.asarray(residual, dtype=np.float64), -1.0, 1.0)
         return total
+
+
+def _fade(angle: float, floor: float) -> Fade | None:
+    non_negative(angle, "fade_angle")
+    require(0.0 <= floor <= 1.0, "fade_floor", "must be within [0, 1]", floor)
+    return Fade(angle, floor) if angle > 0.0 else None
 
 
 def _extended(space: spaces.Space[Any], wheels: int) -> Any:
@@ -80,6 +112,11 @@ class ResidualPolicy(gym.Wrapper[Observation, npt.NDArray[Any], Observation, npt
         Name of the baseline.
     authority
         Share of the torque limit that a residual of one is worth, in (0, 2].
+    fade_angle
+        Below this measured pointing error [rad] the authority shrinks in proportion to the error, so that fine pointing
+        is left to the base; zero never shrinks it.
+    fade_floor
+        Share of the authority that is always kept, in [0, 1].
     **gains
         Gains of the baseline.
 
@@ -96,10 +133,20 @@ class ResidualPolicy(gym.Wrapper[Observation, npt.NDArray[Any], Observation, npt
             return VectorResidualPolicy(*args, **kwargs)
         return super().__new__(cls)
 
-    def __init__(self, env: Any, base: str = "pd_dob", authority: float = 0.5, **gains: Any) -> None:
-        RecordConstructorArgs.__init__(self, base=base, authority=authority, **gains)
+    def __init__(
+        self,
+        env: Any,
+        base: str = "pd_dob",
+        authority: float = 0.5,
+        fade_angle: float = 0.0,
+        fade_floor: float = 0.0,
+        **gains: Any,
+    ) -> None:
+        RecordConstructorArgs.__init__(
+            self, base=base, authority=authority, fade_angle=fade_angle, fade_floor=fade_floor, **gains
+        )
         super().__init__(env)
-        self.base = _Base(env, 1, base, authority, gains)
+        self.base = _Base(env, 1, base, authority, _fade(fade_angle, fade_floor), gains)
         self.observation_space = _extended(env.observation_space, self.base.action.shape[1])
 
     def reset(
@@ -129,10 +176,16 @@ class VectorResidualPolicy(
     """:class:`ResidualPolicy` for N craft; every craft's base is reset with its episode."""
 
     def __init__(
-        self, env: VectorEnv[Any, Any, Any], base: str = "pd_dob", authority: float = 0.5, **gains: Any
+        self,
+        env: VectorEnv[Any, Any, Any],
+        base: str = "pd_dob",
+        authority: float = 0.5,
+        fade_angle: float = 0.0,
+        fade_floor: float = 0.0,
+        **gains: Any,
     ) -> None:
         super().__init__(env)
-        self.base = _Base(env, env.num_envs, base, authority, gains)
+        self.base = _Base(env, env.num_envs, base, authority, _fade(fade_angle, fade_floor), gains)
         self.single_observation_space = _extended(env.single_observation_space, self.base.action.shape[1])
         self.observation_space = batch_space(self.single_observation_space, env.num_envs)
 

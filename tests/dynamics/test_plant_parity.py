@@ -1,5 +1,7 @@
 """The compiled plant against an independent implementation integrated by SciPy, with everything switched on."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -114,7 +116,7 @@ class IndependentCraft:
         ticks = sorted(ticks)
         state = np.concatenate([START["attitude"], START["rate"], START["wheel_momentum"]])
         states = []
-        for begin, end in zip(ticks, ticks[1:], strict=False):
+        for begin, end in pairwise(ticks):
             command = commands[begin * len(commands) // ticks[-1]]
             probe = 0.5 * STEP * (begin + end)
             solution = solve_ivp(

@@ -65,9 +65,7 @@ def test_effectiveness_swings_with_the_time_of_the_episode():
 
 
 def test_bias_grows_and_swings_with_the_time_since_onset():
-    fault = Bias(
-        wheel=0, onset=2.0, constant=0.01, slope=0.002, amplitude=0.3, exponent=1.5, frequency=0.7, phase=0.4
-    )
+    fault = Bias(wheel=0, onset=2.0, constant=0.01, slope=0.002, amplitude=0.3, exponent=1.5, frequency=0.7, phase=0.4)
     times = np.array([1.0, 2.0, 5.5])
     since = np.maximum(times - 2.0, 0.0)
     expected = np.where(times < 2.0, 0.0, 0.01 + 0.002 * since + 0.3 * since**1.5 * np.sin(0.7 * since + 0.4))

@@ -1,0 +1,211 @@
+"""Every named part of the observation, recomputed in NumPy from what the craft measures."""
+
+import numpy as np
+import pytest
+
+from ftac_gym import scenarios
+from ftac_gym.attitude import quaternion_error, rotate_to_body
+from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
+from ftac_gym.envs.observation import BOUND, TIERS, observation_layout
+from ftac_gym.faults import Bias, FaultSchedule, HardOver, LockInPlace, LossOfEffectiveness, Outage, fault_effect
+from ftac_gym.initial_state import InitialState
+from ftac_gym.references import MRPSinusoid, RateProfile
+from ftac_gym.spacecraft import Spacecraft, WheelArray
+
+FLAGSHIP = scenarios.get("flagship")
+INERTIA = FLAGSHIP.spacecraft.inertia
+AXES = ((1.0, 0.0, 0.0, 0.6, 0.0), (0.0, 1.0, 0.0, 0.0, 0.8), (0.0, 0.0, 1.0, 0.8, 0.6))
+UNEQUAL = WheelArray(AXES, (0.1, 0.2, 0.3, 0.15, 0.25), (4.0, 5.0, 6.0, 7.0, 8.0))
+FREE = WheelArray(AXES, (0.1, 0.2, 0.3, 0.15, 0.25), None, momentum_coupling=False)
+WHEELS = 5
+FAULTS = FaultSchedule(
+    (
+        LossOfEffectiveness(wheel=0, onset=0.3, effectiveness=0.4, amplitude=0.2, frequency=3.0),
+        Bias(wheel=1, onset=0.5, constant=0.03, slope=0.01),
+        Outage(wheel=2, onset=1.0, recovery=2.0),
+        LockInPlace(wheel=3, onset=1.2),
+        HardOver(wheel=4, onset=0.7, fraction=0.3),
+    )
+)
+PROFILE = RateProfile(
+    (0.02, (0.0, 0.03), 0.01), (0.5, 0.4, 0.3), constant=(0.01, 0.0, -0.01), attitude=(0.6, 0.8, 0, 0)
+)
+SINUSOID = MRPSinusoid((0.3, 0.2, 0.1), (0.2, 0.3, 0.1), phase=(0.0, 1.0, 2.0))
+
+
+def task(wheels=UNEQUAL, reference=FLAGSHIP.reference):
+    return FLAGSHIP.replace(
+        spacecraft=Spacecraft(INERTIA, wheels), faults=FAULTS, duration=4.0, tumble_rate=None, reference=reference,
+        initial_state=InitialState(max_rate=0.05, wheel_momentum=(-2.0, 2.0)),
+    )  # fmt: skip
+
+
+TASKS = {
+    "set point": task(),
+    "ideal torquers": task(wheels=FREE),
+    "sinusoid": task(reference=SINUSOID),
+    "rate profile": task(wheels=FREE, reference=PROFILE),
+}
+
+
+class Recomputed:
+    """The observation of one craft from its measurements, by the table in the documentation."""
+
+    def __init__(self, scenario, tier):
+        self.scenario, self.tier = scenario, tier
+        self.inertia = np.array(INERTIA)
+        self.wheels = scenario.spacecraft.wheels
+        self.axes, self.limits = np.array(AXES), np.array([0.1, 0.2, 0.3, 0.15, 0.25])
+
+    def start(self, measurement, truth):
+        self.filtered, self.wheel_filtered = np.zeros(3), np.zeros(WHEELS)
+        self.last = None
+        return self.parts(measurement, truth)
+
+    def parts(self, measurement, truth):
+        error = quaternion_error(measurement.attitude, measurement.reference_attitude)
+        reference_rate = rotate_to_body(error, measurement.reference_rate)[0]
+        acceleration = rotate_to_body(error, measurement.reference_acceleration)[0]
+        vector, rate = error[0, 1:], measurement.rate[0]
+        momentum, command = measurement.wheel_momentum[0], measurement.last_command[0]
+        slip = rate - reference_rate
+        period = self.scenario.control_period
+        share = 1.0 - np.exp(-period / 1.0)  # one second of low-pass
+        if self.last is not None:
+            last_rate, last_momentum = self.last
+            middle = 0.5 * (rate + last_rate)
+            stored = self.inertia @ middle
+            if self.tier != "attitude" and self.wheels.momentum_coupling:
+                stored = stored + self.axes @ momentum
+            torque = self.inertia @ (rate - last_rate) / period + np.cross(middle, stored) - self.axes @ command
+            self.filtered = self.filtered + share * (torque - self.filtered)
+            wheel_torque = (last_momentum - momentum) / period - command
+            self.wheel_filtered = self.wheel_filtered + share * (wheel_torque - self.wheel_filtered)
+        self.last = rate, momentum
+        parts = {
+            "attitude_error": vector,
+            "attitude_error_fine": np.tanh(20.0 * vector),
+            "attitude_error_finest": np.tanh(400.0 * vector),
+            "rate_error": slip / 0.1,
+            "rate_error_fine": np.tanh(200.0 * slip),
+            "last_command": command / self.limits,
+            "model_residual": self.filtered / self.limits.mean(),
+        }
+        if self.scenario.reference.moving:
+            parts |= {"reference_rate": reference_rate / 0.1, "reference_acceleration": acceleration / 0.01}
+        if self.tier != "attitude":
+            scale = np.where(np.isfinite(self.wheels.momentum_limits), self.wheels.momentum_limits, 1.0)
+            parts |= {"wheel_momentum": momentum / scale, "wheel_torque_residual": self.wheel_filtered / self.limits}
+        if self.tier == "oracle":
+            effectiveness, bias = fault_effect(truth.faults, truth.time, truth.state.wheel_torque)
+            parts |= {"fault_effectiveness": effectiveness[0], "fault_bias": bias[0] / self.limits}
+        return parts
+
+
+def assert_parts(observation, slices, parts):
+    assert list(slices) == list(parts)
+    for name, part in parts.items():
+        np.testing.assert_allclose(
+            observation[slices[name]], np.clip(part, -BOUND, BOUND), rtol=2e-6, atol=2e-6, err_msg=name
+        )
+
+
+@pytest.mark.parametrize("tier", TIERS)
+@pytest.mark.parametrize("name", TASKS)
+def test_every_part(name, tier):
+    env = SpacecraftFTCEnv(TASKS[name], observation=tier)
+    recomputed = Recomputed(TASKS[name], tier)
+    random = np.random.default_rng(0)
+    for seed in (3, None):  # the filters start afresh in the second episode
+        observation, _ = env.reset(seed=seed)
+        assert_parts(observation, env.observation_slices, recomputed.start(env.measurement(), env.core.simulator))
+        for _ in range(40):
+            observation, *_ = env.step(random.uniform(-1.0, 1.0, WHEELS))
+            assert_parts(observation, env.observation_slices, recomputed.parts(env.measurement(), env.core.simulator))
+
+
+@pytest.mark.parametrize("tier", TIERS)
+@pytest.mark.parametrize("name", [*TASKS, *scenarios.names()])
+def test_slices_cover_the_space_without_overlap(name, tier):
+    scenario = TASKS[name] if name in TASKS else scenarios.get(name)
+    env = SpacecraftFTCEnv(scenario, observation=tier)
+    indices = np.concatenate([np.arange(1000)[part] for part in env.observation_slices.values()])
+    np.testing.assert_array_equal(indices, np.arange(*env.observation_space.shape))
+    layout = observation_layout(scenario, tier)
+    assert layout.slices == env.observation_slices and layout.size == env.observation_space.shape[0]
+    np.testing.assert_array_equal(layout.high, env.observation_space.high)
+    np.testing.assert_array_equal(layout.low, env.observation_space.low)
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_a_tier_adds_to_the_one_before(name):
+    layouts = [list(observation_layout(TASKS[name], tier).slices) for tier in TIERS]
+    for smaller, larger in zip(layouts, layouts[1:], strict=False):
+        assert larger[: len(smaller)] == smaller and len(larger) > len(smaller)
+
+
+def test_only_the_oracle_knows_the_faults():
+    names = [set(observation_layout(FLAGSHIP, tier).slices) for tier in TIERS]
+    assert {"fault_effectiveness", "fault_bias"} == names[2] - names[1]
+    assert {"wheel_momentum", "wheel_torque_residual"} == names[1] - names[0]
+    env = SpacecraftFTCEnv(TASKS["set point"], observation="attitude")
+    healthy = SpacecraftFTCEnv(TASKS["set point"].replace(faults=None), observation="attitude")
+    np.testing.assert_array_equal(env.reset(seed=1)[0], healthy.reset(seed=1)[0])
+
+
+@pytest.mark.parametrize("tier", TIERS)
+def test_in_bounds_even_when_everything_goes_wrong(tier):
+    wild = FLAGSHIP.replace(
+        faults=FaultSchedule(
+            (
+                Bias(wheel=0, constant=5.0),
+                LossOfEffectiveness(wheel=1, effectiveness=1.0),
+                Bias(wheel=2, amplitude=9.0, frequency=3.0),
+                HardOver(wheel=3),
+            )
+        ),
+        spacecraft=Spacecraft(INERTIA, WheelArray.sign_pyramid(0.2, None)),
+        initial_state=InitialState(rate=(3.0, -4.0, 5.0)),
+        reference=RateProfile((5.0, 5.0, 5.0), (5.0, 5.0, 5.0)),
+        tumble_rate=None,
+        duration=5.0,
+    )
+    env = SpacecraftFTCVectorEnv(4, scenario=wild, observation=tier)
+    observation, _ = env.reset(seed=0)
+    random = np.random.default_rng(0)
+    largest = np.zeros(env.single_observation_space.shape)
+    for _ in range(120):
+        assert observation.dtype == np.float32
+        assert env.observation_space.contains(observation)
+        largest = np.maximum(largest, np.abs(observation).max(axis=0))
+        observation, *_ = env.step(random.uniform(-5.0, 5.0, (4, 4)))
+    assert (largest[env.observation_slices["rate_error"]] == BOUND).all()  # the clipping was really needed
+
+
+def test_the_scales_tell_small_errors_apart():
+    scenario = FLAGSHIP.replace(
+        faults=None, sensors=None, disturbance=None,
+        initial_state=InitialState.fixed((np.cos(5e-4), np.sin(5e-4), 0.0, 0.0)),
+    )  # fmt: skip
+    env = SpacecraftFTCEnv(scenario)
+    observation, _ = env.reset(seed=0)
+    coarse, fine, finest = (
+        observation[env.observation_slices[name]][0]
+        for name in ("attitude_error", "attitude_error_fine", "attitude_error_finest")
+    )
+    assert (coarse, fine, finest) == pytest.approx((5e-4, 0.01, np.tanh(0.2)), rel=1e-3)
+
+
+def test_the_model_residual_shows_a_bias():
+    scenario = FLAGSHIP.replace(
+        faults=FaultSchedule((Bias(wheel=0, constant=0.05),)), sensors=None, disturbance=None,
+        inertia_uncertainty=None, initial_state=InitialState.fixed(),
+    )  # fmt: skip
+    env = SpacecraftFTCEnv(scenario, observation="telemetry")
+    env.reset(seed=0)
+    for _ in range(50):
+        observation, *_ = env.step(np.zeros(4))
+    slices, axis = env.observation_slices, scenario.spacecraft.wheels.axis_matrix[:, 0]
+    # Five time constants of the low-pass have gone by.
+    np.testing.assert_allclose(observation[slices["model_residual"]], 0.05 * axis / 0.2, atol=0.005)
+    np.testing.assert_allclose(observation[slices["wheel_torque_residual"]], [0.25, 0.0, 0.0, 0.0], atol=0.005)

@@ -1,0 +1,176 @@
+"""The reward: its terms recomputed from the true state, their sum, the tumble, and when an episode is a success."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from ftac_gym import baselines, scenarios
+from ftac_gym.attitude import angle_between, quaternion_error, rotate_to_body
+from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
+from ftac_gym.envs.reward import TERMS
+from ftac_gym.initial_state import InitialState
+from ftac_gym.scenario import RewardWeights, SuccessCriterion
+
+WEIGHTS = RewardWeights(progress=3.0, precision=0.7, rate=11.0, effort=0.5, smoothness=0.9, on_target=1.3, tumble=17.0)
+QUIET = {"faults": None, "sensors": None, "disturbance": None, "inertia_uncertainty": None}
+
+
+def state_of(env):
+    """Return true error [rad], true rate error [rad/s], body rate [rad/s] and wheel levels of a single environment."""
+    simulator = env.core.simulator
+    attitude, reference = simulator.state.attitude, simulator.reference_attitude
+    error = quaternion_error(attitude, reference)
+    slip = simulator.state.rate - rotate_to_body(error, simulator.reference_rate)
+    level = simulator.last_command / env.scenario.spacecraft.wheels.torque_limits
+    return (
+        angle_between(attitude, reference)[0],
+        np.linalg.norm(slip),
+        np.linalg.norm(simulator.state.rate),
+        level[0],
+    )
+
+
+def expected_terms(weights, scenario, before, now):
+    angle_before, _, _, level_before = before
+    angle, slip, spin, level = now
+    on_target = angle < scenario.success.angle and slip < scenario.success.rate
+    return {
+        "progress": weights.progress * (angle_before - angle),
+        "precision": -weights.precision * np.log10(1.0 + angle / (scenario.success.angle / 5.0)),
+        "rate": -weights.rate * slip**2,
+        "effort": -weights.effort * np.mean(level**2),
+        "smoothness": -weights.smoothness * np.mean((level - level_before) ** 2),
+        "on_target": weights.on_target * on_target,
+        "tumble": -weights.tumble * (spin > scenario.tumble_rate),
+    }
+
+
+@pytest.mark.parametrize("name", scenarios.names())
+@pytest.mark.parametrize("weights", [None, WEIGHTS], ids=["own weights", "other weights"])
+def test_terms(name, weights):
+    changes = {} if weights is None else {"reward": weights}
+    # A wide cone, so that the craft goes in and out of it.
+    cone = SuccessCriterion(angle=0.3, rate=0.05, hold=1.0)
+    start = InitialState(angle=(0.2, 0.5), max_rate=0.03)
+    env = SpacecraftFTCEnv(scenario=name, success=cone, tumble_rate=0.06, initial_state=start, duration=8.0, **changes)
+    seen = dict.fromkeys(TERMS, 0)
+    random = np.random.default_rng(0)
+    for episode in range(6):
+        env.reset(seed=5 if episode == 0 else None)
+        before, ended = state_of(env), False
+        push = random.uniform(-1.0, 1.0, 4)
+        while not ended:
+            _, reward, terminated, truncated, info = env.step(push + random.uniform(-0.5, 0.5, 4))
+            ended = terminated or truncated
+            now = state_of(env)
+            wanted = expected_terms(env.scenario.reward, env.scenario, before, now)
+            assert list(info["reward_terms"]) == list(TERMS)
+            for term, value in wanted.items():
+                assert info["reward_terms"][term] == pytest.approx(value, rel=1e-9, abs=1e-12), term
+                seen[term] += value != 0.0
+            assert reward == pytest.approx(sum(wanted.values()), rel=1e-9, abs=1e-12)
+            assert reward == pytest.approx(sum(info["reward_terms"].values()), rel=1e-12)
+            assert terminated == (now[2] > 0.06)
+            before = now
+    used = {item.name for item in dataclasses.fields(RewardWeights) if getattr(env.scenario.reward, item.name) > 0.0}
+    assert {term for term, count in seen.items() if count} == used
+
+
+def test_progress_only_counts_where_the_craft_ends():
+    env = SpacecraftFTCEnv(duration=5.0, tumble_rate=None)
+    env.reset(seed=4)
+    start = state_of(env)[0]
+    total = sum(env.step(np.full(4, 0.5))[4]["reward_terms"]["progress"] for _ in range(50))
+    assert total == pytest.approx(env.scenario.reward.progress * (start - state_of(env)[0]), rel=1e-9)
+
+
+def test_every_decade_of_precision_counts_nearly_the_same():
+    cone = SuccessCriterion().angle
+    rewards = []
+    for angle in (2.0 * cone, 20.0 * cone, 200.0 * cone):
+        quaternion = (np.cos(angle / 2.0), np.sin(angle / 2.0), 0.0, 0.0)
+        env = SpacecraftFTCEnv(
+            **QUIET,
+            initial_state=InitialState.fixed(quaternion),
+            reward=RewardWeights(precision=1.0),
+            control_period=0.02,
+        )
+        env.reset(seed=0)
+        rewards.append(env.step(np.zeros(4))[4]["reward_terms"]["precision"])
+    np.testing.assert_allclose(np.diff(rewards), -1.0, atol=0.05)
+
+
+def test_a_tumble_is_punished_once_and_ends_the_episode():
+    env = SpacecraftFTCEnv(
+        tumble_rate=0.02, initial_state=InitialState.fixed(rate=(0.0, 0.03, 0.0)), reward=WEIGHTS, **QUIET
+    )
+    _, info = env.reset(seed=0)
+    assert "reward_terms" not in info
+    _, _, terminated, truncated, info = env.step(np.zeros(4))
+    assert terminated and not truncated and info["reward_terms"]["tumble"] == -WEIGHTS.tumble
+
+
+def test_without_a_tumble_rate_nothing_terminates():
+    start = InitialState.fixed(rate=(2.0, -3.0, 1.0))
+    env = SpacecraftFTCEnv(tumble_rate=None, initial_state=start, duration=1.0, **QUIET)
+    env.reset(seed=0)
+    results = [env.step(np.zeros(4)) for _ in range(10)]
+    assert not any(result[2] for result in results) and results[-1][3]
+    assert all(result[4]["reward_terms"]["tumble"] == 0.0 for result in results)
+
+
+@pytest.mark.parametrize(("hold", "steps"), [(0.1, 1), (0.5, 5), (0.45, 5), (2.0, 20), (0.04, 1)])
+def test_success_after_holding(hold, steps):
+    env = SpacecraftFTCEnv(
+        success=SuccessCriterion(hold=hold), initial_state=InitialState.fixed(), duration=3.0, **QUIET
+    )
+    assert not env.reset(seed=0)[1]["is_success"]
+    successes = [env.step(np.zeros(4))[4]["is_success"] for _ in range(30)]
+    assert successes == [False] * (steps - 1) + [True] * (31 - steps)
+
+
+def test_success_is_lost_outside_the_cone_and_forgotten_at_a_reset():
+    criterion = SuccessCriterion(angle=0.01, rate=0.5, hold=0.5)
+    env = SpacecraftFTCEnv(success=criterion, initial_state=InitialState.fixed(), duration=30.0, **QUIET)
+    env.reset(seed=0)
+    history = []
+    for step in range(150):
+        # Push away, then let go and come back with the opposite torque.
+        action = np.array([1.0, -1.0, -1.0, 1.0]) * (1.0 if step < 30 else -1.0 if step < 90 else 0.0)
+        info = env.step(action)[4]
+        history.append((np.radians(info["attitude_error"]) < 0.01, info["is_success"]))
+    inside = np.array([item[0] for item in history])
+    assert not inside.all() and inside[:5].all()
+    for step, (_, success) in enumerate(history):
+        assert success == (step >= 4 and inside[step - 4 : step + 1].all())
+    assert not env.reset()[1]["is_success"]
+
+
+def test_success_needs_a_small_rate():
+    criterion = SuccessCriterion(angle=3.0, rate=0.01, hold=0.2)
+    for speed, success in ((0.009, True), (0.011, False)):
+        env = SpacecraftFTCEnv(
+            success=criterion, initial_state=InitialState.fixed(rate=(speed, 0.0, 0.0)), duration=1.0, **QUIET
+        )
+        env.reset(seed=0)
+        for _ in range(3):
+            info = env.step(np.zeros(4))[4]
+        assert info["is_success"] is success
+        assert info["rate_error"] == pytest.approx(np.degrees(speed), rel=1e-2)
+
+
+def test_a_controller_earns_more_than_doing_nothing():
+    env = SpacecraftFTCVectorEnv(8, faults=None, duration=60.0, autoreset_mode="Disabled")
+    returns = {}
+    policy = baselines.make("pd", env.scenario, 8).as_policy(env)
+    for name in ("controller", "nothing"):
+        observation, _ = env.reset(seed=1)
+        total = np.zeros(8)
+        for _ in range(600):
+            action = policy.predict(observation)[0] if name == "controller" else np.zeros((8, 4))
+            observation, reward, terminated, *_ = env.step(action)
+            total += reward
+            assert not terminated.any()
+        returns[name] = total
+    assert (returns["controller"] > returns["nothing"]).all()

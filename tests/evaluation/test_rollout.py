@@ -1,0 +1,179 @@
+"""Rollouts: the truth along an episode, the same however episodes are grouped."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from ftac_gym import baselines, scenarios
+from ftac_gym.attitude import angle_between
+from ftac_gym.dynamics import Simulator
+from ftac_gym.evaluation import BaselineContestant, Rollout, resolve_policy, rollout
+from ftac_gym.initial_state import InitialState
+
+SHORT = scenarios.get("flagship").replace(duration=6.0)
+TRACKING = scenarios.get("flagship_tracking").replace(duration=6.0)
+HISTORIES = [item.name for item in dataclasses.fields(Rollout) if item.name not in ("scenario", "episodes", "time")]
+
+
+class Constant:
+    """A policy that holds one action, and notes what it is given."""
+
+    tier = "telemetry"
+
+    def __init__(self, action):
+        self.action, self.observations, self.starts = action, [], []
+
+    def attach(self, env):
+        self.env = env
+        return env
+
+    def predict(self, observation, state, episode_start, deterministic):
+        self.observations.append(observation.copy())
+        self.starts.append(np.array(episode_start))
+        assert deterministic
+        return np.tile(self.action, (len(observation), 1)), (state or 0) + 1
+
+
+@pytest.mark.parametrize("name", baselines.names())
+@pytest.mark.parametrize("scenario", [SHORT, TRACKING], ids=lambda scenario: scenario.name)
+def test_together_or_one_at_a_time(scenario, name):
+    episodes = scenario.draw(4, 6)
+    together = rollout(scenario, name, episodes)
+    for index in range(6):
+        alone = rollout(scenario, name, episodes[index])
+        for history in HISTORIES:
+            expected = getattr(together, history)[:, index : index + 1]
+            np.testing.assert_allclose(getattr(alone, history), expected, rtol=1e-9, atol=1e-10, err_msg=history)
+
+
+@pytest.mark.parametrize("split", [[2, 3, 1], [5, 1]])
+def test_metrics_do_not_depend_on_the_split(split):
+    episodes = SHORT.draw(4, 6)
+    whole = rollout(SHORT, "pd_dob", episodes).metrics()
+    edges = np.cumsum([0, *split])
+    parts = [rollout(SHORT, "pd_dob", episodes[a:b]).metrics() for a, b in zip(edges, edges[1:], strict=False)]
+    for metric, values in whole.items():
+        np.testing.assert_allclose(np.concatenate([part[metric] for part in parts]), values, rtol=1e-8, atol=1e-9)
+
+
+def test_against_the_simulator():
+    """The same flight by hand: baseline and simulator, no environment."""
+    episodes = TRACKING.draw(2, 3)
+    history = rollout(TRACKING, "pd", episodes)
+    simulator, baseline = Simulator(TRACKING, 3), baselines.make("pd", TRACKING, 3)
+    simulator.reset(episodes)
+    assert history.time.shape == (61,) and history.time[-1] == pytest.approx(6.0)
+    for step in range(61):
+        angle = angle_between(simulator.state.attitude, simulator.reference_attitude)
+        np.testing.assert_allclose(history.attitude_error[step], angle, atol=1e-9)
+        np.testing.assert_allclose(history.attitude[step], simulator.state.attitude, atol=1e-12)
+        np.testing.assert_allclose(history.rate[step], simulator.state.rate, atol=1e-12)
+        np.testing.assert_allclose(history.wheel_momentum[step], simulator.state.wheel_momentum, atol=1e-12)
+        if step < 60:
+            command, before = baseline.act(simulator.measurement()), simulator.state.wheel_momentum.copy()
+            np.testing.assert_allclose(history.command[step], command, atol=1e-12)
+            simulator.step(command)
+            applied = (before - simulator.state.wheel_momentum) / TRACKING.control_period
+            np.testing.assert_allclose(history.applied_torque[step], applied, atol=1e-12)
+
+
+def test_applied_torque_differs_from_the_command_where_a_wheel_is_faulty():
+    healthy, faulty = SHORT.replace(faults=None), SHORT.replace(duration=90.0)
+    history = rollout(healthy, "pd", seed=0, count=4)
+    np.testing.assert_allclose(history.applied_torque, history.command, atol=1e-9)
+    history = rollout(faulty, "pd", seed=0, count=8)
+    struck = (history.episodes.faults["kind"] > 0).any(axis=2) & (history.episodes.faults["onset"] < 80.0).any(axis=2)
+    differs = np.abs(history.applied_torque - history.command).max(axis=0) > 1e-6
+    np.testing.assert_array_equal(differs, struck)
+    assert struck.any() and not struck.all()
+
+
+def test_draws_what_it_is_asked_for():
+    by_seed, by_episodes = rollout(SHORT, "pd", seed=9, count=3), rollout(SHORT, "pd", SHORT.draw(9, 3))
+    for history in HISTORIES:
+        np.testing.assert_array_equal(getattr(by_seed, history), getattr(by_episodes, history))
+    assert by_seed.episodes.digest() == SHORT.draw(9, 3).digest()
+    default = rollout("flagship", "pd")
+    assert default.scenario == scenarios.get("flagship") and default.attitude_error.shape == (1201, 1)
+    assert default.episodes.digest() == scenarios.get("flagship").draw(0, 1).digest()
+
+
+def test_a_tumbling_craft_is_flown_to_the_end():
+    wild = SHORT.replace(tumble_rate=0.05, initial_state=InitialState(rate=(0.3, 0.0, 0.0)))
+    history = rollout(wild, Constant(np.zeros(4)), seed=0, count=2)
+    assert (np.linalg.norm(history.rate, axis=2) > 0.05).all()
+    assert np.isfinite(history.reward).all() and len(history.reward) == wild.horizon
+    assert history.scenario == wild
+
+
+def test_threads_do_not_matter(monkeypatch):
+    from ftac_gym.dynamics import simulator
+
+    monkeypatch.setattr(simulator, "THREAD_BATCH", 2)
+    first, second = (rollout(SHORT, "pd", seed=1, count=8, threads=threads) for threads in (1, 3))
+    for history in HISTORIES:
+        np.testing.assert_array_equal(getattr(first, history), getattr(second, history))
+
+
+def test_what_a_policy_of_ones_own_is_given():
+    policy = Constant(np.array([0.5, -0.5, 2.0, 0.0]))
+    history = rollout(SHORT, policy, seed=0, count=3)
+    assert len(policy.observations) == SHORT.horizon
+    assert policy.observations[0].shape == policy.env.observation_space.shape
+    assert "wheel_momentum" in policy.env.observation_slices and "fault_bias" not in policy.env.observation_slices
+    assert policy.starts[0].all() and not np.any(policy.starts[1:])
+    np.testing.assert_allclose(history.command, np.broadcast_to([0.1, -0.1, 0.2, 0.0], history.command.shape))
+
+
+def test_a_contestant_can_be_used_again():
+    contestant = BaselineContestant("pd_dob", bandwidth=0.7)
+    first, second = (rollout(SHORT, contestant, seed=3, count=2) for _ in range(2))
+    np.testing.assert_array_equal(first.command, second.command)
+    other = rollout(SHORT, BaselineContestant("pd_dob", bandwidth=2.5), seed=3, count=2)
+    assert (other.command != first.command).any()
+
+
+def test_resolve_policy():
+    policy = Constant(np.zeros(4))
+    assert resolve_policy(policy) is policy
+    assert isinstance(resolve_policy("pd"), BaselineContestant)
+    with pytest.raises(ValueError, match=r"policy must be one of \['pd', .*\] or the path of an agent, got 'nobody'"):
+        resolve_policy("nobody")
+    with pytest.raises(ValueError, match=r"baseline must be one of .*, got 'nobody'"):
+        BaselineContestant("nobody")
+
+
+def test_fingerprints_tell_policies_apart():
+    prints = [
+        BaselineContestant("pd").fingerprint,
+        BaselineContestant("pd_dob").fingerprint,
+        BaselineContestant("pd", braking_share=0.4).fingerprint,
+        BaselineContestant("pd", braking_share=0.5).fingerprint,
+    ]
+    assert len(set(prints)) == 4
+    one = BaselineContestant("pd", braking_share=0.4, rate_limit=0.1).fingerprint
+    assert one == BaselineContestant("pd", rate_limit=0.1, braking_share=0.4).fingerprint
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"scenario": "nowhere"}, "scenario must be one of .*'nowhere'"),
+        ({"policy": "nobody"}, "policy must be one of .*'nobody'"),
+        ({"policy": BaselineContestant("pd", beauty=1.0)}, "gains of pd.*beauty"),
+        ({"count": 0}, "count must be a positive integer, got 0"),
+        ({"seed": -1}, "seed must be a non-negative integer, got -1"),
+        (
+            {"episodes": scenarios.get("flagship").replace(faults=None).draw(0, 1), "scenario": "flagship_tracking"},
+            None,
+        ),
+    ],
+)
+def test_bad_arguments(arguments, message):
+    if message is None:  # episodes that fit are welcome, whichever scenario drew them
+        arguments["scenario"] = scenarios.get(arguments["scenario"]).replace(duration=0.2)
+        assert rollout(policy="pd", **arguments).attitude_error.shape == (3, 1)
+        return
+    with pytest.raises(ValueError, match=message):
+        rollout(**{"scenario": SHORT, "policy": "pd", **arguments})

@@ -1,0 +1,246 @@
+"""The scripts, end to end and tiny: train, kill, resume, load, fly, evaluate."""
+
+import csv
+import importlib.util
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from ftac_gym import scenarios
+from ftac_gym.evaluation import evaluate, rollout
+from ftac_gym.evaluation.agent import Agent
+from ftac_gym.evaluation.compare import TABLE_METRICS
+from ftac_gym.evaluation.metrics import UNITS
+
+SCRIPTS = Path(__file__).parents[2] / "train"
+SHORT = scenarios.get("flagship").replace(duration=3.0)
+# 8 craft and rollouts of 32 steps: 256 steps to a rollout.
+TINY = (
+    "--num-envs", "8", "--ppo.n-steps", "32", "--ppo.batch-size", "128", "--checkpoint-every", "512",
+    "--evaluate-every", "100000000", "--torch-threads", "1",
+)  # fmt: skip
+
+
+def command(script, *arguments):
+    return [sys.executable, str(SCRIPTS / script), *map(str, arguments)]
+
+
+def run(script, *arguments, folder):
+    """Run a script to its end, in a folder of its own."""
+    return subprocess.run(command(script, *arguments), cwd=folder, capture_output=True, text=True, timeout=120)
+
+
+def module_of(script):
+    """Import a script without running it."""
+    spec = importlib.util.spec_from_file_location(f"script_{script}", SCRIPTS / f"{script}.py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A run that was left alone."""
+    folder = tmp_path_factory.mktemp("whole")
+    result = run("train.py", "--run-folder", "run", "--total-steps", 2048, *TINY, folder=folder)
+    assert result.returncode == 0, result.stderr
+    assert "agent saved in run/agent" in result.stdout
+    return folder / "run"
+
+
+@pytest.fixture(scope="module")
+def resumed(tmp_path_factory):
+    """A run that was killed after its first checkpoint, and resumed for 512 steps; its folder, and where it stood."""
+    folder = tmp_path_factory.mktemp("resumed")
+    arguments = ("--run-folder", "run", "--base", "none", "--observation", "telemetry", *TINY)
+    process = subprocess.Popen(
+        command("train.py", *arguments, "--total-steps", 100_000_000), cwd=folder,
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    try:
+        deadline = time.monotonic() + 90.0
+        while not list((folder / "run" / "checkpoints").glob("[0-9]" * 10)):
+            assert process.poll() is None and time.monotonic() < deadline
+            time.sleep(0.05)
+    finally:
+        os.kill(process.pid, signal.SIGKILL)
+        process.wait()
+    last = max(int(path.name) for path in (folder / "run" / "checkpoints").glob("[0-9]" * 10))
+    # What a kill in the middle of writing leaves behind must not be mistaken for a checkpoint.
+    (folder / "run" / "checkpoints" / f"{last + 512:010d}.partial").mkdir(exist_ok=True)
+    result = run("train.py", *arguments, "--total-steps", last + 512, "--resume", folder=folder)
+    assert result.returncode == 0, result.stderr
+    return folder / "run", last
+
+
+def files_of(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+# --------------------------------------------------------------------------------------------------------------- train
+
+
+def test_a_run_writes_checkpoints_and_an_agent(whole):
+    parts = ["card.json", "model.zip", "normalizer.pkl"]
+    assert files_of(whole / "agent") == parts
+    checkpoints = whole / "checkpoints"
+    assert files_of(checkpoints) == [f"{steps:010d}" for steps in (512, 1024, 1536)]
+    assert all(files_of(path) == parts for path in checkpoints.iterdir())
+    config = json.loads((whole / "config.json").read_text())
+    assert config["num_envs"] == 8 and config["ppo"]["n_steps"] == 32
+    assert list((whole / "tensorboard").rglob("events.out.tfevents.*"))
+
+
+def test_the_card_says_how_the_agent_was_made(whole):
+    card = json.loads((whole / "agent" / "card.json").read_text())
+    assert card["steps"] == 2048 and card["environment"] == "SpacecraftFTC-v0" and card["seed"] == 0
+    assert card["interface"] == {"observation": "attitude", "base": "pd_dob", "authority": 0.5, "gains": {}}
+    for words in ("--num-envs 8", "--total-steps 2048", "--ppo.n-steps 32", "--ppo.batch-size 128"):
+        assert words in card["command"]
+    assert json.loads((whole / "checkpoints" / "0000000512" / "card.json").read_text())["steps"] == 512
+
+
+def test_a_killed_run_goes_on_from_its_last_checkpoint(resumed):
+    folder, last = resumed
+    card = json.loads((folder / "agent" / "card.json").read_text())
+    assert card["steps"] == last + 512
+    assert card["interface"]["base"] is None and card["interface"]["observation"] == "telemetry"
+    before, after = Agent.load(folder / "checkpoints" / f"{last:010d}"), Agent.load(folder / "agent")
+    assert (before.model.num_timesteps, after.model.num_timesteps) == (last, last + 512)
+    # The statistics of the normaliser went on too, and the network learned.
+    gained = after.normalizer.obs_rms.count - before.normalizer.obs_rms.count
+    assert 512 <= gained <= 512 + 3 * 8
+    weights = [agent.model.policy.state_dict()["action_net.weight"].numpy() for agent in (before, after)]
+    assert (weights[0] != weights[1]).any()
+
+
+def test_a_run_is_not_overwritten(whole):
+    train = module_of("train")
+    before = (whole / "agent" / "model.zip").read_bytes()
+    with pytest.raises(SystemExit, match=r"holds a run already; choose another --run-folder, or --resume it"):
+        train.main(train.Config(run_folder=whole))
+    assert (whole / "agent" / "model.zip").read_bytes() == before
+
+
+def test_nothing_to_resume(tmp_path):
+    train = module_of("train")
+    with pytest.raises(SystemExit, match="--resume: no checkpoint under"):
+        train.main(train.Config(run_folder=tmp_path, resume=True))
+
+
+@pytest.mark.parametrize("script", ["train", "evaluate", "tune"])
+def test_help(script, tmp_path):
+    result = run(f"{script}.py", "--help", folder=tmp_path)
+    assert result.returncode == 0 and "usage" in result.stdout.lower()
+    assert not list(tmp_path.iterdir())
+
+
+# --------------------------------------------------------------------------------------------------------------- agent
+
+
+@pytest.mark.parametrize("kind", ["residual", "direct"])
+def test_an_agent_loads_and_flies(kind, whole, resumed):
+    folder = (whole if kind == "residual" else resumed[0]) / "agent"
+    episodes = SHORT.draw(1, 3)
+    history = rollout(SHORT, Agent.load(folder), episodes)
+    assert np.isfinite(history.attitude_error).all() and (np.abs(history.command) > 0.0).any()
+    again = rollout(SHORT, str(folder), episodes)
+    np.testing.assert_array_equal(again.command, history.command)
+    alone = rollout(SHORT, str(folder), episodes[1])
+    np.testing.assert_allclose(alone.command[:, 0], history.command[:, 1], atol=1e-5)
+    assert evaluate(SHORT, str(folder), episodes, name="agent").policy == "agent"
+
+
+def test_a_barely_trained_residual_stays_close_to_its_base(whole):
+    episodes = SHORT.draw(1, 4)
+    agent, base = (rollout(SHORT, policy, episodes).command for policy in (str(whole / "agent"), "pd_dob"))
+    assert (agent != base).any()
+    assert np.abs(agent - base).mean() < 0.1 * SHORT.spacecraft.wheels.torque_limits.max()
+
+
+def test_the_normaliser_of_a_loaded_agent_stands_still(whole):
+    agent = Agent.load(whole / "agent")
+    count = agent.normalizer.obs_rms.count
+    rollout(SHORT, agent, seed=0, count=2)
+    assert agent.normalizer.obs_rms.count == count
+
+
+def test_fingerprints_tell_agents_apart(whole, resumed):
+    prints = [Agent.load(path).fingerprint for path in (whole / "agent", whole / "checkpoints" / "0000000512")]
+    assert len({*prints, Agent.load(resumed[0] / "agent").fingerprint}) == 3
+    assert Agent.load(whole / "agent" / "model.zip").fingerprint == prints[0]
+
+
+def test_what_is_no_agent(tmp_path, whole):
+    with pytest.raises(ValueError, match="agent must be a folder with model.zip, or a zip file"):
+        Agent.load(tmp_path)
+    with pytest.raises(ValueError, match=r"policy must be one of .* or the path of an agent"):
+        rollout(SHORT, str(tmp_path / "missing"))
+    env = gym.make_vec("SpacecraftFTC-v0", num_envs=2, observation="oracle")
+    with pytest.raises(ValueError, match="agent must fit the environment's observation"):
+        Agent.load(whole / "agent").attach(env)
+
+
+# ------------------------------------------------------------------------------------------------------------ evaluate
+
+
+def test_evaluate(tmp_path):
+    arguments = ("--policies", "pd", "pd_dob", "--reference", "pd", "--episodes", 6, "--output", tmp_path / "results")
+    result = run("evaluate.py", *arguments, folder=tmp_path)
+    assert result.returncode == 0, result.stderr
+    folder = tmp_path / "results" / "flagship"
+    for name in ("error_bands.png", "episode.png"):
+        assert (folder / name).read_bytes().startswith(b"\x89PNG") and (folder / name).stat().st_size > 10_000
+    report = (folder / "report.md").read_text()
+    assert report.startswith("# flagship: pd, pd_dob")
+    assert "![episode](episode.png)" in report and "![error bands](error_bands.png)" in report
+    with (folder / "episodes.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["policy"], int(row["episode"])) for row in rows] == [(p, k) for p in ("pd", "pd_dob") for k in range(6)]
+    scenario = scenarios.get("flagship")
+    metrics = rollout(scenario, "pd", scenario.draw(10_000, 6)).metrics()
+    for metric in UNITS:
+        written = [float(row[metric]) for row in rows[:6]]
+        np.testing.assert_allclose(written, metrics[metric], rtol=1e-4, atol=1e-9, err_msg=metric)
+    with (folder / "summary.csv").open() as file:
+        summary = {(row["policy"], row["metric"], row["kind"]): float(row["value"]) for row in csv.DictReader(file)}
+    assert len(summary) == 3 * len(TABLE_METRICS)
+    feasible = scenario.draw(10_000, 6).feasible
+    assert summary["pd", "success", "estimate"] == pytest.approx(metrics["success"][feasible].mean())
+    # A second call finds the finished batches and comes to the same.
+    batches = {path: path.stat().st_mtime_ns for path in (folder / "batches").iterdir()}
+    evaluation = module_of("evaluate")
+    evaluation.main(
+        evaluation.Config(policies=("pd", "pd_dob"), reference="pd", episodes=6, output=tmp_path / "results")
+    )
+    assert {path: path.stat().st_mtime_ns for path in (folder / "batches").iterdir()} == batches and len(batches) == 2
+    assert (folder / "report.md").read_text() == report
+
+
+@pytest.mark.parametrize(
+    ("policies", "reference", "message"),
+    [
+        (("pd", "nobody"), "pd", r"--policies: 'nobody' is no baseline \(pd, .*\), agent or file"),
+        (("pd", "pd_dob"), "agent", r"--reference: 'agent' is not among the policies \['pd', 'pd_dob'\]"),
+    ],
+)
+def test_evaluate_refuses_before_any_work(policies, reference, message, tmp_path):
+    evaluation = module_of("evaluate")
+    with pytest.raises(SystemExit, match=message):
+        evaluation.main(evaluation.Config(policies=policies, reference=reference, output=tmp_path))
+    assert not list(tmp_path.iterdir())
+
+
+def test_evaluate_refuses_an_unknown_scenario(tmp_path):
+    evaluation = module_of("evaluate")
+    with pytest.raises(ValueError, match="scenario must be one of .*'nowhere'"):
+        evaluation.main(evaluation.Config(policies=("pd",), reference="pd", scenario="nowhere", output=tmp_path))

@@ -1,0 +1,198 @@
+"""The residual policy: a zero residual is the base bit for bit, and every observation carries the base action."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+
+from ftac_gym import baselines
+from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
+from ftac_gym.wrappers import ResidualPolicy, VectorResidualPolicy
+
+CRAFT, WHEELS = 4, 4
+# Craft tumble at different times, under the base too, because their rates are large and random.
+SETTINGS = {"duration": 2.0, "tumble_rate": 0.016}  # s, rad/s
+MODES = [mode.value for mode in AutoresetMode]
+NAMES = baselines.names()
+
+
+def native(mode, **arguments):
+    return SpacecraftFTCVectorEnv(CRAFT, autoreset_mode=mode, **{**SETTINGS, **arguments})
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("environment_id", ["SpacecraftFTC-v0", "SpacecraftFTCTracking-v0"])
+def test_zero_residual_is_the_base_in_a_single_environment(environment_id, name):
+    plain = gym.make(environment_id, **SETTINGS)
+    wrapped = ResidualPolicy(gym.make(environment_id, **SETTINGS), base=name)
+    policy = baselines.make(name, plain.unwrapped.scenario).as_policy(plain)
+    ends = 0
+    result, expected = wrapped.reset(seed=3), plain.reset(seed=3)
+    for _ in range(100):
+        action, _ = policy.predict(expected[0])
+        np.testing.assert_array_equal(result[0][:-WHEELS], expected[0])
+        np.testing.assert_array_equal(result[0][-WHEELS:], action.astype(np.float32))
+        result, expected = wrapped.step(np.zeros(WHEELS, dtype=np.float32)), plain.step(action)
+        assert result[1:] == expected[1:]
+        if expected[2] or expected[3]:
+            ends += 1
+            result, expected = wrapped.reset(), plain.reset()
+    assert ends >= 4
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("mode", MODES)
+def test_zero_residual_is_the_base_in_a_vector_environment(mode, name):
+    plain, wrapped = native(mode), ResidualPolicy(native(mode), base=name)
+    policy = baselines.make(name, plain.scenario, CRAFT).as_policy(plain)
+    ends, lonely = np.zeros(CRAFT, dtype=int), False
+    (observation, _), (result, _) = plain.reset(seed=3), wrapped.reset(seed=3)
+    for _ in range(110):
+        action, _ = policy.predict(observation)
+        np.testing.assert_array_equal(result[:, :-WHEELS], observation)
+        np.testing.assert_array_equal(result[:, -WHEELS:], action.astype(np.float32))
+        observation, reward, terminated, truncated, _ = plain.step(action)
+        result, *others, infos = wrapped.step(np.zeros((CRAFT, WHEELS)))
+        for got, wanted in zip(others, (reward, terminated, truncated), strict=True):
+            np.testing.assert_array_equal(got, wanted)
+        done = terminated | truncated
+        assert ("final_obs" in infos) == bool(mode == "SameStep" and done.any())
+        ends += done
+        lonely |= bool(done.any() and not done.all())
+        if mode == "Disabled" and done.any():  # partial resets: see test_a_vector_equals_single_environments
+            everyone = {"reset_mask": np.ones(CRAFT, dtype=bool)}
+            (observation, _), (result, _) = plain.reset(options=everyone), wrapped.reset(options=everyone)
+    assert ends.min() >= 3 or mode == "Disabled"
+    assert ends.sum() >= 5 and lonely
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_vector_equals_single_environments(mode):
+    """With residuals, and in disabled mode with partial resets: every craft is the single environment."""
+    vector = ResidualPolicy(native(mode, observation="telemetry"), authority=0.4)
+    singles = [
+        ResidualPolicy(SpacecraftFTCEnv(**SETTINGS, observation="telemetry"), authority=0.4) for _ in range(CRAFT)
+    ]
+    random = np.random.default_rng(0)
+    rows = [env.reset(seed=9 + craft)[0] for craft, env in enumerate(singles)]
+    observation, _ = vector.reset(seed=9)
+    waiting, ends = np.zeros(CRAFT, dtype=bool), np.zeros(CRAFT, dtype=int)
+    for _ in range(120):
+        np.testing.assert_allclose(observation, rows, rtol=1e-6, atol=1e-6)
+        residual = random.uniform(-1.0, 1.0, (CRAFT, WHEELS))
+        observation, reward, terminated, truncated, infos = vector.step(residual)
+        for craft, env in enumerate(singles):
+            if waiting[craft]:
+                rows[craft], _ = env.reset()
+                waiting[craft] = False
+                continue
+            rows[craft], single_reward, *ended, _ = env.step(residual[craft])
+            assert single_reward == pytest.approx(reward[craft], rel=1e-9, abs=1e-9)
+            assert [terminated[craft], truncated[craft]] == ended
+            if any(ended):
+                ends[craft] += 1
+                if mode == "SameStep":
+                    np.testing.assert_allclose(infos["final_obs"][craft], rows[craft], rtol=1e-6, atol=1e-6)
+                if mode == "NextStep":
+                    waiting[craft] = True
+                else:
+                    rows[craft], _ = env.reset()
+        done = terminated | truncated
+        if mode == "Disabled" and done.any():
+            before = observation
+            observation, _ = vector.reset(options={"reset_mask": done})
+            np.testing.assert_array_equal(observation[~done], before[~done])  # untouched, base action and all
+    assert ends.min() >= 3
+
+
+def test_final_observation_carries_the_base_action_of_the_final_measurement():
+    same, disabled = ResidualPolicy(native("SameStep")), ResidualPolicy(native("Disabled"))
+    same.reset(seed=3)
+    disabled.reset(seed=3)
+    random = np.random.default_rng(0)
+    checked = 0
+    for _ in range(100):
+        residual = random.uniform(-1.0, 1.0, (CRAFT, WHEELS))
+        observation, _, terminated, truncated, infos = same.step(residual)
+        expected, *_ = disabled.step(residual)
+        done = terminated | truncated
+        for craft in np.flatnonzero(done):
+            assert infos["final_obs"][craft].shape == same.single_observation_space.shape
+            assert infos["final_obs"][craft].dtype == np.float32
+            np.testing.assert_array_equal(infos["final_obs"][craft], expected[craft])
+            assert same.single_observation_space.contains(infos["final_obs"][craft])
+            checked += 1
+        if done.any():
+            expected, _ = disabled.reset(options={"reset_mask": done})
+        np.testing.assert_array_equal(observation, expected)
+    assert checked >= 8
+
+
+@pytest.mark.parametrize("authority", [0.25, 2.0])
+def test_the_action_sent_on(authority):
+    wrapped, plain = (SpacecraftFTCVectorEnv(CRAFT, autoreset_mode="Disabled") for _ in range(2))
+    wrapped = ResidualPolicy(wrapped, base="pd", authority=authority)
+    observation, _ = wrapped.reset(seed=0)
+    plain.reset(seed=0)
+    random = np.random.default_rng(0)
+    limited = 0
+    for _ in range(20):
+        residual = random.uniform(-1.0, 1.0, (CRAFT, WHEELS))
+        action = np.clip(wrapped.base.action + authority * residual, -1.0, 1.0)
+        np.testing.assert_array_equal(observation[:, -WHEELS:], wrapped.base.action.astype(np.float32))
+        limited += (np.abs(action) == 1.0).sum()
+        observation, *_ = wrapped.step(residual)
+        np.testing.assert_array_equal(observation[:, :-WHEELS], plain.step(action)[0])
+    assert limited > 0
+
+
+def test_spaces():
+    inner = gym.make("SpacecraftFTC-v0")
+    wrapped, vector = ResidualPolicy(inner), ResidualPolicy(native("SameStep"))
+    assert isinstance(vector, VectorResidualPolicy) and vector.num_envs == CRAFT
+    assert wrapped.action_space == inner.action_space == vector.single_action_space
+    size = inner.observation_space.shape[0]
+    assert wrapped.observation_space.shape == (size + WHEELS,)
+    np.testing.assert_array_equal(wrapped.observation_space.high[-WHEELS:], 1.0)
+    np.testing.assert_array_equal(wrapped.observation_space.low[:size], inner.observation_space.low)
+    assert vector.single_observation_space == wrapped.observation_space
+    assert vector.observation_space.shape == (CRAFT, size + WHEELS)
+    assert vector.observation_space.contains(vector.reset(seed=0)[0])
+
+
+def test_gains_reach_the_base():
+    soft, default = (ResidualPolicy(SpacecraftFTCEnv(), base="pd", **gains) for gains in ({"braking_share": 0.1}, {}))
+    assert (soft.reset(seed=0)[0][-WHEELS:] != default.reset(seed=0)[0][-WHEELS:]).any()
+
+
+@pytest.mark.parametrize("make", [SpacecraftFTCEnv, lambda: SpacecraftFTCVectorEnv(2)], ids=["single", "vector"])
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"base": "lqr"}, "baseline must be one of .*'lqr'"),
+        ({"authority": 0.0}, "authority must be above 0 and at most 2, got 0.0"),
+        ({"authority": 2.1}, "authority must be above 0 and at most 2"),
+        ({"authority": float("nan")}, "authority must be above 0 and at most 2, got nan"),
+        ({"rate_gain": -1.0}, "rate_gain must be positive"),
+        ({"beauty": 1.0}, "gains of pd_dob.*beauty"),
+    ],
+)
+def test_bad_arguments(make, arguments, message):
+    with pytest.raises(ValueError, match=message):
+        ResidualPolicy(make(), **arguments)
+
+
+@pytest.mark.parametrize("env", [gym.make("Pendulum-v1"), gym.make_vec("Pendulum-v1", num_envs=2)])
+def test_foreign_environments(env):
+    with pytest.raises(ValueError, match="env must be an environment of ftac_gym"):
+        ResidualPolicy(env)
+
+
+@pytest.mark.parametrize("make", [SpacecraftFTCEnv, lambda: SpacecraftFTCVectorEnv(2)], ids=["single", "vector"])
+def test_bad_residuals(make):
+    env = ResidualPolicy(make())
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match=r"actions? must have shape \((2, )?4,?\), got \(7,\)"):
+        env.step(np.zeros(7))
+    with pytest.raises(ValueError, match="action must be finite"):
+        env.step(np.full(env.action_space.shape, np.nan))

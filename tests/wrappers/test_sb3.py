@@ -1,0 +1,200 @@
+"""The adapter for Stable-Baselines3: what its VecEnv contract asks for, and a tiny training run."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from stable_baselines3 import PPO
+from stable_baselines3.common.monitor import Monitor
+from stable_baselines3.common.vec_env import VecEnv, VecMonitor, VecNormalize
+
+from ftac_gym import wrappers
+from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
+from ftac_gym.scenario import SuccessCriterion
+from ftac_gym.wrappers import ResidualPolicy, SB3VecEnv
+
+CRAFT = 6
+SETTINGS = {"duration": 1.2, "tumble_rate": 0.016}  # s, rad/s
+
+
+def make(residual=False, count=CRAFT, **arguments):
+    env = SpacecraftFTCVectorEnv(count, autoreset_mode="SameStep", **{**SETTINGS, **arguments})
+    return SB3VecEnv(ResidualPolicy(env) if residual else env)
+
+
+@pytest.mark.parametrize("residual", [False, True])
+def test_against_single_environments(residual):
+    env = make(residual)
+    singles = [SpacecraftFTCEnv(**SETTINGS) for _ in range(CRAFT)]
+    singles = [ResidualPolicy(single) for single in singles] if residual else singles
+    env.seed(40)
+    observation = env.reset()
+    rows = [single.reset(seed=40 + craft)[0] for craft, single in enumerate(singles)]
+    returns, lengths = np.zeros(CRAFT), np.zeros(CRAFT, dtype=int)
+    random = np.random.default_rng(0)
+    cases = set()
+    for _ in range(60):
+        np.testing.assert_allclose(observation, rows, rtol=1e-6, atol=1e-6)
+        actions = random.uniform(-1.0, 1.0, (CRAFT, 4)).astype(np.float32)
+        observation, reward, done, infos = env.step(actions)
+        assert observation.dtype == reward.dtype == np.float32 and done.dtype == np.bool_
+        assert len(infos) == CRAFT
+        for craft, single in enumerate(singles):
+            rows[craft], single_reward, terminated, truncated, info = single.step(actions[craft])
+            assert reward[craft] == pytest.approx(single_reward, rel=1e-5, abs=1e-6)
+            assert done[craft] == (terminated or truncated)
+            returns[craft] += single_reward
+            lengths[craft] += 1
+            if not done[craft]:
+                continue
+            got = infos[craft]
+            np.testing.assert_allclose(got["terminal_observation"], rows[craft], rtol=1e-6, atol=1e-6)
+            assert got["TimeLimit.truncated"] is (truncated and not terminated)
+            assert got["episode"]["r"] == pytest.approx(returns[craft], rel=1e-6, abs=1e-6)
+            assert got["episode"]["l"] == lengths[craft]
+            for name, value in info.items():
+                assert type(got[name]) is type(value), name
+                assert got[name] == pytest.approx(value, rel=1e-6, abs=1e-9), name
+            cases.add((terminated, truncated))
+            returns[craft], lengths[craft] = 0.0, 0
+            rows[craft], _ = single.reset()
+    assert {(True, False), (False, True)} <= cases
+
+
+def test_terminated_at_the_time_limit_is_not_truncated():
+    env = make(duration=0.1, tumble_rate=0.008, count=32)
+    env.seed(0)
+    env.reset()
+    *_, done, infos = env.step(np.zeros((32, 4)))
+    assert done.all()
+    tumbled = np.array([info["reward_terms"]["tumble"] < 0.0 for info in infos])
+    assert 0 < tumbled.sum() < 32
+    np.testing.assert_array_equal([info["TimeLimit.truncated"] for info in infos], ~tumbled)
+
+
+def test_success_is_reported():
+    easy = SuccessCriterion(angle=3.14, rate=0.0145, hold=0.5)
+    env = make(success=easy, tumble_rate=None, count=32)
+    env.seed(0)
+    env.reset()
+    for _ in range(12):
+        *_, infos = env.step(np.zeros((32, 4)))
+    successes = [info["is_success"] for info in infos]
+    assert all(type(success) is bool for success in successes) and 0 < sum(successes) < 32
+
+
+def test_seeds():
+    env = make()
+    env.seed(7)
+    first = env.reset()
+    second = env.reset()  # seeds are used once
+    assert (first != second).any(axis=1).all()
+    env.seed(7)
+    np.testing.assert_array_equal(env.reset(), first)
+    np.testing.assert_array_equal(env.reset(), second)
+    single = SpacecraftFTCEnv(**SETTINGS)
+    np.testing.assert_array_equal(first[3], single.reset(seed=10)[0])
+    env.seed(7)
+    env.reset()
+    info = single.reset(seed=10)[1]
+    assert env.reset_infos[3] == info
+    assert [type(value) for value in env.reset_infos[3].values()] == [type(value) for value in info.values()]
+
+
+def test_options():
+    env = make()
+    drawn = SpacecraftFTCEnv(**SETTINGS).scenario.draw(3, CRAFT)
+    env.set_options({"episodes": drawn})
+    observation = env.reset()
+    single = SpacecraftFTCEnv(**SETTINGS)
+    for craft in range(CRAFT):
+        np.testing.assert_array_equal(observation[craft], single.reset(options={"episodes": drawn[craft]})[0])
+    assert (env.reset() != observation).any(axis=1).all()  # options are used once
+
+
+def test_attributes_and_methods():
+    env = make(residual=True)
+    env.seed(0)
+    env.reset()
+    assert isinstance(env, VecEnv) and env.num_envs == CRAFT
+    assert env.get_attr("scenario") == [env.env.unwrapped.scenario] * CRAFT
+    assert env.get_attr("scenario", indices=[0, 2]) == [env.env.unwrapped.scenario] * 2
+    assert len(env.get_attr("render_mode", indices=1)) == 1
+    measured = env.env_method("measurement", indices=[1, 4])
+    assert len(measured) == 2
+    np.testing.assert_array_equal(measured[0].attitude, env.measurement().attitude)
+    env.set_attr("note", "hello")
+    assert env.get_attr("note") == ["hello"] * CRAFT
+    with pytest.raises(ValueError, match="indices must be None: the craft share their attributes"):
+        env.set_attr("note", "bye", indices=[1])
+    with pytest.raises(AttributeError):
+        env.get_attr("no_such_attribute")
+    assert env.env_is_wrapped(Monitor) == [True] * CRAFT
+    assert env.env_is_wrapped(gym.wrappers.TimeLimit, indices=[0]) == [False]
+    env.close()
+
+
+def test_the_returned_observation_is_the_callers():
+    env, twin = make(), make()
+    for item in (env, twin):
+        item.seed(0)
+    observation, expected = env.reset(), twin.reset()
+    for _ in range(30):
+        observation[:] = 5.0
+        observation, reward, *_ = env.step(np.full((CRAFT, 4), 0.5))
+        expected, wanted, *_ = twin.step(np.full((CRAFT, 4), 0.5))
+        np.testing.assert_array_equal(observation, expected)
+        np.testing.assert_array_equal(reward, wanted)
+
+
+@pytest.mark.parametrize("mode", ["NextStep", "Disabled"])
+def test_only_same_step_mode(mode):
+    env = SpacecraftFTCVectorEnv(2, autoreset_mode=mode)
+    with pytest.raises(ValueError, match="autoreset_mode must be SameStep for Stable-Baselines3"):
+        SB3VecEnv(env)
+    with pytest.raises(ValueError, match="autoreset_mode must be SameStep"):
+        SB3VecEnv(ResidualPolicy(env))
+
+
+def test_agrees_with_the_monitor_of_stable_baselines():
+    plain = make()
+    with pytest.warns(UserWarning, match="already wrapped with a `Monitor`"):
+        monitored = VecMonitor(make())
+    for env in (plain, monitored):
+        env.seed(2)
+        env.reset()
+    seen = 0
+    for _ in range(40):
+        actions = np.full((CRAFT, 4), 0.7, dtype=np.float32)
+        *_, done, infos = plain.step(actions)
+        *_, others = monitored.step(actions)
+        for craft in np.flatnonzero(done):
+            for key in ("r", "l"):
+                assert infos[craft]["episode"][key] == pytest.approx(others[craft]["episode"][key], rel=1e-4, abs=1e-4)
+            seen += 1
+    assert seen > CRAFT
+
+
+@pytest.mark.parametrize("residual", [False, True])
+def test_a_tiny_training_run(residual):
+    env = VecNormalize(make(residual, count=8), gamma=0.99)
+    model = PPO("MlpPolicy", env, n_steps=16, batch_size=64, n_epochs=1, seed=0, device="cpu")
+    before = model.policy.state_dict()["action_net.weight"].clone()
+    model.learn(256)
+    assert model.num_timesteps == 256
+    assert (model.policy.state_dict()["action_net.weight"] != before).any()
+    assert len(model.ep_info_buffer) > 0 and model.ep_info_buffer[0]["l"] <= 12
+    assert len(model.ep_success_buffer) > 0
+
+
+def test_training_is_reproducible():
+    weights = []
+    for _ in range(2):
+        model = PPO("MlpPolicy", make(count=4), n_steps=16, batch_size=64, n_epochs=1, seed=3, device="cpu")
+        weights.append(model.learn(128).policy.state_dict()["action_net.weight"].numpy())
+    np.testing.assert_array_equal(*weights)
+
+
+def test_importing_the_wrappers_without_stable_baselines():
+    assert wrappers.SB3VecEnv is SB3VecEnv
+    with pytest.raises(AttributeError, match="no attribute 'Nothing'"):
+        wrappers.Nothing  # noqa: B018
