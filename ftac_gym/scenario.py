@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -61,7 +62,7 @@ class RewardWeights:
     effort: float = 0.01
     smoothness: float = 0.02
     on_target: float = 0.1
-    tumble: float = 50.0
+    tumble: float = 10.0
 
     def __post_init__(self) -> None:
         """Check the weights."""
@@ -238,6 +239,11 @@ class Scenario:
         require(isinstance(seed, (int, np.integer)) and seed >= 0, "seed", "must be a non-negative integer", seed)
         require(isinstance(count, (int, np.integer)) and count > 0, "count", "must be a positive integer", count)
         return draw_episodes(self, [int(seed)] * int(count), np.arange(count))
+
+
+def success_steps(scenario: Scenario) -> int:
+    """Return for how many control periods before the end a craft must be on target."""
+    return math.ceil(scenario.success.hold / scenario.control_period - 1e-9)
 
 
 def draw_episodes(scenario: Scenario, seeds: Sequence[int], index: np.ndarray) -> Episodes:

@@ -41,10 +41,10 @@ class PPOSettings:
     """Hyperparameters of PPO, in Stable-Baselines3's words."""
 
     learning_rate: float = 3e-4
-    n_steps: int = 128
-    batch_size: int = 8192
-    n_epochs: int = 5
-    gamma: float = 0.995
+    n_steps: int = 64
+    batch_size: int = 4096
+    n_epochs: int = 10
+    gamma: float = 0.98
     gae_lambda: float = 0.95
     clip_range: float = 0.2
     ent_coef: float = 0.0
@@ -72,29 +72,31 @@ class Config:
     """Pointing error [rad] below which the authority shrinks; zero never shrinks it."""
     fade_floor: float = 0.02
     """Share of the authority that is always kept."""
-    total_steps: int = 8_000_000
-    """Environment steps, over all craft."""
+    hold: int = 10
+    """Control periods for which the agent holds each action."""
+    total_steps: int = 4_000_000
+    """Decisions of the agent, over all craft; each takes \"hold\" steps of the environment."""
     num_envs: int = 256
     """Craft in parallel."""
     layers: tuple[int, ...] = (64, 64)
     """Hidden layers of the policy and of the value network."""
     log_std_init: float = -1.0
     """Logarithm of the initial standard deviation of the action."""
-    smoothness: float = 0.0
-    """Weight of the penalty on the change of the mean action between successive steps."""
+    critic_warmup: int = 5
+    """Rollouts at the start in which only the value network learns: a base is easily unlearned by a blind critic."""
     anneal: bool = True
     """Let the learning rate fall to zero over the run."""
     seed: int = 0
     """Seed of everything."""
     torch_threads: int = 2
     """Threads of PyTorch."""
-    evaluate_every: int = 1_000_000
+    evaluate_every: int = 500_000
     """Steps between evaluations on fixed episodes."""
     evaluation_episodes: int = 100
     """Episodes of an evaluation."""
     evaluation_seed: int = 900_000
     """Seed of those episodes: neither training nor the reported test uses it."""
-    checkpoint_every: int = 1_000_000
+    checkpoint_every: int = 500_000
     """Steps between checkpoints."""
     resume: bool = False
     """Go on from the last checkpoint in the run folder."""
@@ -105,7 +107,7 @@ class Config:
     def interface(self) -> Interface:
         """What surrounds the policy network."""
         base = None if self.base == "none" else self.base
-        return Interface(self.observation, base, self.authority, self.fade_angle, self.fade_floor)
+        return Interface(self.observation, base, self.authority, self.fade_angle, self.fade_floor, self.hold)
 
 
 def make_env(config: Config) -> SB3VecEnv:
@@ -113,7 +115,7 @@ def make_env(config: Config) -> SB3VecEnv:
     env = gym.make_vec(
         config.env_id, num_envs=config.num_envs, observation=config.observation, autoreset_mode="SameStep"
     )
-    return SB3VecEnv(config.interface.wrap(env))
+    return SB3VecEnv(config.interface.wrap(env), config.hold)
 
 
 def save_agent(folder: Path, model: PPO, config: Config) -> None:
@@ -180,6 +182,11 @@ class Keeper(BaseCallback):
         self._next_evaluation = (steps // config.evaluate_every + 1) * config.evaluate_every
 
     def _on_rollout_start(self) -> None:
+        rollouts = self.model.num_timesteps // (self._config.num_envs * self._config.ppo.n_steps)
+        policy = self._ppo.policy
+        actor = [*policy.mlp_extractor.policy_net.parameters(), *policy.action_net.parameters(), policy.log_std]
+        for parameter in actor:
+            parameter.requires_grad_(rollouts >= self._config.critic_warmup)
         # Between rollouts the model is consistent: a resumed run starts where a rollout would.
         steps = self.model.num_timesteps
         if steps >= self._next_checkpoint:
@@ -199,7 +206,9 @@ class Keeper(BaseCallback):
         scenario = gym.spec(config.env_id).kwargs["default_scenario"]
         agent = Agent(self.model, self.model.get_vec_normalize_env(), config.interface)
         history = rollout(scenario, agent, seed=config.evaluation_seed, count=config.evaluation_episodes)
-        row = {"steps": steps, **{name: float(value) for name, value in summarize(history.metrics()).items()}}
+        feasible = history.episodes.feasible
+        metrics = {name: values[feasible] for name, values in history.metrics().items()}
+        row = {"steps": steps, "mean_return": float(metrics["return"].mean()), **summarize(metrics)}
         for name, value in row.items():
             if name != "steps":
                 self.logger.record(f"evaluation/{name}", value)

@@ -32,8 +32,9 @@ class MinimaxAllocation:
 
     The set of torques that wheels with limits r_j can give is a zonotope; a torque leaves it through the facet whose
     normal n maximises |n.t| / sum_j r_j |n.D[:, j]|. On that facet all wheels but those that lie in it are at the same
-    share of their limit, so that the solution is linear in the torque on the cone over each facet: one table of
-    matrices, chosen by a maximum (Markley et al., NTRS 20110015369, describe the envelope).
+    share of their limit, and what is left lies in the facet's plane, where the same holds for its edges, and on an edge
+    for its wheels. The solution is therefore linear in the torque on the cone over each edge of each facet: a table of
+    matrices, chosen by two maxima (Markley et al., NTRS 20110015369, describe the envelope).
 
     Parameters
     ----------
@@ -52,28 +53,72 @@ class MinimaxAllocation:
         axes = wheels.axis_matrix * scale
         require(int(np.linalg.matrix_rank(axes)) == 3, "axes", "must span three dimensions", wheels.axes)
         normals: list[FloatArray] = []
-        matrices: list[FloatArray] = []
-        for normal in envelope_normals(axes):
+        edges: list[list[tuple[FloatArray, FloatArray]]] = []
+        for normal in _distinct(envelope_normals(axes)):
             across = normal @ axes
-            in_facet = np.abs(across) < 1e-9 * np.abs(across).max()
-            if any(np.allclose(np.abs(normal @ other), np.linalg.norm(other)) for other in normals):
-                continue
+            flat = np.abs(across) < 1e-9 * np.abs(across).max()
             # n scaled so that n.t is the share at which the facet is reached.
             scaled = normal / np.abs(across).sum()
             shares = np.zeros((wheels.count, 3))
-            shares[~in_facet] = np.sign(across[~in_facet])[:, None] * scaled
+            shares[~flat] = np.sign(across[~flat])[:, None] * scaled
             rest = np.eye(3) - axes @ shares
-            shares[in_facet] = np.linalg.pinv(axes[:, in_facet]) @ rest
             normals.append(scaled)
-            matrices.append(scale[:, None] * shares)
+            edges.append([])
+            for chooser, part in _in_plane(normal, axes[:, flat]):
+                whole = shares.copy()
+                whole[flat] = part @ rest
+                edges[-1].append((chooser @ rest, scale[:, None] * whole))
+        most = max(len(group) for group in edges)
+        # Facets with fewer edges than others repeat their first.
+        padded = [group + group[:1] * (most - len(group)) for group in edges]
         self._normals = np.array(normals).T
-        self._matrices = np.array(matrices)
+        self._choosers = np.array([[chooser for chooser, _ in group] for group in padded])
+        self._matrices = np.array([[matrix for _, matrix in group] for group in padded])
+        self._simple = all(np.allclose(matrices, matrices[0], atol=1e-12) for matrices in self._matrices)
 
     def __call__(self, torque: FloatArray) -> FloatArray:
         """Allocate torques on the body (N, 3) [N m] to wheels, (N, m) [N m], not yet limited."""
         facet = np.abs(torque @ self._normals).argmax(axis=1)
-        allocated: FloatArray = (self._matrices[facet] @ torque[:, :, None])[:, :, 0]
+        column = torque[:, :, None]
+        if self._simple:
+            matrices = self._matrices[facet, 0]
+        else:
+            edge = np.abs((self._choosers[facet] @ column)[:, :, 0]).argmax(axis=1)
+            matrices = self._matrices[facet, edge]
+        allocated: FloatArray = (matrices @ column)[:, :, 0]
         return allocated
+
+
+def _distinct(directions: FloatArray) -> list[FloatArray]:
+    """Return the rows (n, 3) that are not parallel to an earlier one."""
+    kept: list[FloatArray] = []
+    for row in directions:
+        length = np.linalg.norm(row)
+        if not any(np.linalg.norm(np.cross(row, other)) < 1e-9 * length * np.linalg.norm(other) for other in kept):
+            kept.append(row)
+    return kept
+
+
+def _in_plane(normal: FloatArray, axes: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+    """Solve the problem for wheels (3, k) that lie in the plane with a normal.
+
+    Returns one pair for each distinct wheel direction: a row (3,) whose product with a torque in the plane is the share
+    at which that edge is reached, so that the largest chooses the edge, and the matrix (k, 3) of the shares on it.
+    """
+    solutions = []
+    for direction in _distinct(axes.T):
+        unit = direction / np.linalg.norm(direction)
+        side = np.cross(normal, unit)
+        across = side @ axes
+        along = np.abs(across) < 1e-9 * np.linalg.norm(axes, axis=0)
+        part = np.zeros((axes.shape[1], 3))
+        chooser = side / np.abs(across[~along]).sum()
+        part[~along] = np.sign(across[~along])[:, None] * chooser
+        lengths = unit @ axes[:, along]
+        remainder = unit @ (np.eye(3) - axes @ part)
+        part[along] = np.sign(lengths)[:, None] * remainder / np.abs(lengths).sum()
+        solutions.append((chooser, part))
+    return solutions
 
 
 def scale_to_limits(command: FloatArray, limits: FloatArray) -> FloatArray:

@@ -25,7 +25,7 @@ from numba import njit
 
 from ftac_gym.dynamics import Simulator
 from ftac_gym.parameters import FloatArray
-from ftac_gym.scenario import RewardWeights
+from ftac_gym.scenario import RewardWeights, success_steps
 
 TERMS = ("progress", "precision", "rate", "effort", "smoothness", "on_target", "tumble")
 
@@ -48,7 +48,7 @@ class Reward:
         self._cone = scenario.success.angle
         self._slow = scenario.success.rate
         self._tumble_rate = scenario.tumble_rate if scenario.tumble_rate is not None else math.inf
-        self._hold = math.ceil(scenario.success.hold / scenario.control_period - 1e-9)
+        self._hold = success_steps(scenario)
         count, wheels = simulator.num_craft, len(self._torque_limits)
         self._last_command = np.zeros((count, wheels))
         self._on_target = np.zeros(count, dtype=np.int64)

@@ -80,7 +80,7 @@ class SpacecraftFTCVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArra
         self.single_action_space = self.core.action_space
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
-        self._seeded = False
+        self._seeded = np.zeros(self.num_envs, dtype=np.bool_)
         self._observation = np.zeros((self.num_envs, self.core.observer.layout.size), dtype=np.float32)
         self._ended = np.zeros(self.num_envs, dtype=np.bool_)
         self.final_measurement: Measurement | None = None
@@ -205,21 +205,20 @@ class SpacecraftFTCVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArra
         return chosen
 
     def _seed(self, seed: int | Sequence[int | None] | None, chosen: npt.NDArray[np.int64]) -> None:
-        if seed is None and not self._seeded:
-            seed = int(self.np_random.integers(2**62))
-        self._seeded = True
-        if seed is None:
-            return
+        seeds: Sequence[int | None] = [None] * self.num_envs
         if isinstance(seed, (int, np.integer)):
             super().reset(seed=int(seed))
-            seeds: Sequence[int | None] = [int(seed) + craft for craft in range(self.num_envs)]
-        else:
+            seeds = [int(seed) + craft for craft in range(self.num_envs)]
+        elif seed is not None:
             seeds = seed
         require(len(seeds) == self.num_envs, "seed", f"must be an integer or {self.num_envs} seeds", seed)
-        for craft in chosen:
+        for craft in chosen.tolist():
             value = seeds[craft]
+            if value is None and not self._seeded[craft]:
+                value = int(self.np_random.integers(2**62))
             if value is not None:
-                self.core.seed(int(craft), value)
+                self.core.seed(craft, value)
+        self._seeded[chosen] = True
 
 
 def _masked(values: Mapping[str, Any], mask: BoolArray) -> dict[str, Any]:

@@ -41,6 +41,8 @@ class Interface:
         Name of the baseline that the agent corrects; None for an agent that acts directly.
     authority, fade_angle, fade_floor
         Authority of the residual; see :class:`~ftac_gym.wrappers.ResidualPolicy`.
+    hold
+        Control periods for which every action is held.
     gains
         Gains of the base.
     """
@@ -50,6 +52,7 @@ class Interface:
     authority: float = 0.5
     fade_angle: float = 0.0
     fade_floor: float = 0.0
+    hold: int = 1
     gains: dict[str, Any] = field(default_factory=dict)
 
     def wrap(self, env: Any) -> Any:
@@ -154,8 +157,18 @@ class Agent:
         episode_start: npt.NDArray[Any] | None = None,
         deterministic: bool = True,
     ) -> tuple[npt.NDArray[Any], Any]:
-        """Return the action for raw observations, as Stable-Baselines3's ``predict`` does."""
-        if self.normalizer is not None:
-            observation = np.asarray(self.normalizer.normalize_obs(observation))
-        action, state = self.model.predict(observation, state, episode_start, deterministic)
-        return action, state
+        """Return the action for raw observations (N, size), as Stable-Baselines3's ``predict`` does.
+
+        The state carries, for every craft, the control periods until the next decision, and the action held.
+        """
+        count = len(observation)
+        waiting, held = state if state is not None else (np.zeros(count, dtype=np.int64), None)
+        if episode_start is not None:
+            waiting = np.where(episode_start, 0, waiting)
+        due = waiting == 0
+        if held is None or due.any():
+            if self.normalizer is not None:
+                observation = np.asarray(self.normalizer.normalize_obs(observation))
+            decided, _ = self.model.predict(observation, deterministic=deterministic)
+            held = decided if held is None else np.where(due[:, None], decided, held)
+        return held, (np.where(due, self.interface.hold, waiting) - 1, held)

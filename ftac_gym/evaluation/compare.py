@@ -76,7 +76,7 @@ def evaluate(
         batch = episodes[start : start + BATCH]
         path = None
         if folder is not None and fingerprint is not None:
-            identity = f"{ftac_gym.__version__} {fingerprint} {batch.digest()}"
+            identity = f"{ftac_gym.__version__} {fingerprint} {scenario.to_json()} {batch.digest()}"
             path = folder / f"{hashlib.sha256(identity.encode()).hexdigest()[:20]}.npz"
         if path is not None and path.exists():
             with np.load(path) as data:

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.parameters import FloatArray
+from ftac_gym.scenario import success_steps
 
 if TYPE_CHECKING:
     from ftac_gym.evaluation.rollout import Rollout
@@ -62,9 +63,9 @@ def episode_metrics(history: Rollout) -> Metrics:
     period, success = scenario.control_period, scenario.success
     error, rate_error = history.attitude_error, history.rate_error
     on_target = (error < success.angle) & (rate_error < success.rate)
-    hold = round(success.hold / period)
-    window = np.degrees(error[-hold:])
     steps = len(error) - 1
+    hold = success_steps(scenario)
+    window = np.degrees(error[-hold:])
     settled = _settled_from(on_target)
     faults = history.episodes.faults
     onset = np.where(faults["kind"] > 0, faults["onset"], np.inf).min(axis=(1, 2))
@@ -75,11 +76,11 @@ def episode_metrics(history: Rollout) -> Metrics:
     countable &= on_target[struck, craft]
     after = np.arange(steps + 1)[:, None] >= struck
     peak = np.degrees(np.where(after, error, 0.0).max(axis=0))
-    recovery = np.maximum(settled - struck, 0) * period
+    recovery = np.maximum(np.minimum(settled, steps) - struck, 0) * period
     limits = scenario.spacecraft.wheels.torque_limits
     changes = np.abs(np.diff(history.command, axis=0)).sum(axis=(0, 2))
     return {
-        "success": on_target[-hold:].all(axis=0).astype(np.float64),
+        "success": (on_target[-hold:].all(axis=0) & (hold <= steps)).astype(np.float64),
         "settling_time": np.minimum(settled, steps) * period,
         "final_error": np.sqrt(np.mean(window**2, axis=0)),
         "final_error_95": np.percentile(window, 95.0, axis=0),

@@ -28,17 +28,23 @@ class SB3VecEnv(VecEnv):
     ----------
     env
         The vector environment, wrapped or not, made with ``autoreset_mode="SameStep"``.
+    hold
+        Control periods for which every action is held; the rewards of the periods are added up. A craft whose episode
+        ends while an action is held flies the rest of the hold with a zero action, and the rewards of that rest count
+        for nobody.
 
     Raises
     ------
     ValueError
-        If the environment resets in another mode.
+        If the environment resets in another mode or ``hold`` is not a positive integer.
     """
 
-    def __init__(self, env: VectorEnv[Any, Any, Any]) -> None:
+    def __init__(self, env: VectorEnv[Any, Any, Any], hold: int = 1) -> None:
+        require(isinstance(hold, int) and hold > 0, "hold", "must be a positive integer", hold)
         mode = env.metadata.get("autoreset_mode")
         require(mode is AutoresetMode.SAME_STEP, "autoreset_mode", "must be SameStep for Stable-Baselines3", mode)
         self.env = env
+        self.hold = hold
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
         self._actions: npt.NDArray[Any] = np.zeros(())
         self._returns = np.zeros(self.num_envs)
@@ -66,21 +72,28 @@ class SB3VecEnv(VecEnv):
 
     def step_wait(self) -> VecEnvStepReturn:
         """Step all craft."""
-        observation, reward, terminated, truncated, infos = self.env.step(self._actions)
-        done = terminated | truncated
-        self._returns += reward
-        self._lengths += 1
         listed: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
-        for craft in np.flatnonzero(done).tolist():
-            listed[craft] = {
-                **_row(infos["final_info"], craft),
-                "terminal_observation": infos["final_obs"][craft],
-                "TimeLimit.truncated": bool(truncated[craft] and not terminated[craft]),
-                "episode": {"r": float(self._returns[craft]), "l": int(self._lengths[craft])},
-            }
-        self._returns[done] = 0.0
+        done = np.zeros(self.num_envs, dtype=np.bool_)
+        total = np.zeros(self.num_envs)
+        actions = self._actions
+        for _ in range(self.hold):
+            observation, reward, terminated, truncated, infos = self.env.step(actions)
+            total += np.where(done, 0.0, reward)
+            self._lengths += ~done
+            ended = (terminated | truncated) & ~done
+            if ended.any():
+                for craft in np.flatnonzero(ended).tolist():
+                    listed[craft] = {
+                        **_row(infos["final_info"], craft),
+                        "terminal_observation": infos["final_obs"][craft],
+                        "TimeLimit.truncated": bool(truncated[craft] and not terminated[craft]),
+                        "episode": {"r": float(self._returns[craft] + total[craft]), "l": int(self._lengths[craft])},
+                    }
+                done = done | ended
+                actions = np.where(done[:, None], 0.0, actions)
+        self._returns = np.where(done, 0.0, self._returns + total)
         self._lengths[done] = 0
-        return observation, reward.astype(np.float32), done, listed
+        return observation, total.astype(np.float32), done, listed
 
     def close(self) -> None:
         """Close the environment."""

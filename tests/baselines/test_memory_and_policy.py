@@ -185,7 +185,7 @@ def test_as_policy_flies_as_the_baseline_does(kind, name):
     for step in range(steps):
         np.testing.assert_allclose(np.atleast_2d(observation), expected[step], rtol=1e-5, atol=1e-6)
         action, state = policy.predict(observation)
-        assert state is None and action.shape == (observation.shape[:-1] + (4,))
+        assert state is None and action.shape == (*observation.shape[:-1], 4)
         if stable_baselines:
             observation, *_ = env.step(action)
         else:

@@ -179,9 +179,9 @@ def test_bad_gains(name, gains, message):
 
 
 def test_bad_bandwidth():
-    with pytest.raises(ValueError, match="bandwidth must be positive, got 0.0"):
+    with pytest.raises(ValueError, match=r"bandwidth must be positive, got 0\.0"):
         baselines.make("pd_dob", FLAGSHIP, bandwidth=0.0)
-    with pytest.raises(ValueError, match="gains of pd: .*'bandwidth'"):
+    with pytest.raises(ValueError, match=r"gains of pd: .*'bandwidth'"):
         baselines.make("pd", FLAGSHIP, bandwidth=1.0)
 
 

@@ -1,5 +1,7 @@
 """Every named part of the observation, recomputed in NumPy from what the craft measures."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -140,7 +142,7 @@ def test_slices_cover_the_space_without_overlap(name, tier):
 @pytest.mark.parametrize("name", TASKS)
 def test_a_tier_adds_to_the_one_before(name):
     layouts = [list(observation_layout(TASKS[name], tier).slices) for tier in TIERS]
-    for smaller, larger in zip(layouts, layouts[1:], strict=False):
+    for smaller, larger in pairwise(layouts):
         assert larger[: len(smaller)] == smaller and len(larger) > len(smaller)
 
 

@@ -132,7 +132,7 @@ def test_a_policy_without_fingerprint_is_always_run(small_batches, tmp_path):
 def synthetic(name, shift, count=60):
     """Return an evaluation whose metrics share their luck with all others."""
     luck = np.random.default_rng(0).exponential(5.0, count)
-    metrics = {metric: luck + shift for metric in UNITS}
+    metrics = dict.fromkeys(UNITS, luck + shift)
     metrics["success"] = (luck < 5.0 + shift).astype(float)
     metrics["recovery_time"] = np.where(np.arange(count) % 2 == 0, metrics["recovery_time"], np.nan)
     return Evaluation(name, metrics, np.zeros((3, count), dtype=np.float32))

@@ -1,6 +1,7 @@
 """Rollouts: the truth along an episode, the same however episodes are grouped."""
 
 import dataclasses
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -52,7 +53,7 @@ def test_metrics_do_not_depend_on_the_split(split):
     episodes = SHORT.draw(4, 6)
     whole = rollout(SHORT, "pd_dob", episodes).metrics()
     edges = np.cumsum([0, *split])
-    parts = [rollout(SHORT, "pd_dob", episodes[a:b]).metrics() for a, b in zip(edges, edges[1:], strict=False)]
+    parts = [rollout(SHORT, "pd_dob", episodes[a:b]).metrics() for a, b in pairwise(edges)]
     for metric, values in whole.items():
         np.testing.assert_allclose(np.concatenate([part[metric] for part in parts]), values, rtol=1e-8, atol=1e-9)
 

@@ -51,7 +51,8 @@ def module_of(script):
 def whole(tmp_path_factory):
     """A run that was left alone."""
     folder = tmp_path_factory.mktemp("whole")
-    result = run("train.py", "--run-folder", "run", "--total-steps", 2048, *TINY, folder=folder)
+    arguments = ("--run-folder", "run", "--total-steps", 2048, *TINY, "--evaluate-every", 1024)
+    result = run("train.py", *arguments, "--evaluation-episodes", 2, folder=folder)
     assert result.returncode == 0, result.stderr
     assert "agent saved in run/agent" in result.stdout
     return folder / "run"
@@ -100,10 +101,19 @@ def test_a_run_writes_checkpoints_and_an_agent(whole):
     assert list((whole / "tensorboard").rglob("events.out.tfevents.*"))
 
 
+def test_evaluations_along_the_way(whole):
+    with (whole / "evaluations.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [int(row["steps"]) for row in rows] == [1024]
+    assert set(rows[0]) >= {"steps", *UNITS}
+    metrics = rollout("flagship", str(whole / "checkpoints" / "0000001024"), seed=900_000, count=2).metrics()
+    assert float(rows[0]["return"]) == pytest.approx(np.median(metrics["return"]), rel=1e-4)
+
+
 def test_the_card_says_how_the_agent_was_made(whole):
     card = json.loads((whole / "agent" / "card.json").read_text())
     assert card["steps"] == 2048 and card["environment"] == "SpacecraftFTC-v0" and card["seed"] == 0
-    assert card["interface"] == {"observation": "attitude", "base": "pd_dob", "authority": 0.5, "gains": {}}
+    assert card["interface"].items() >= {"observation": "attitude", "base": "pd_dob", "gains": {}}.items()
     for words in ("--num-envs 8", "--total-steps 2048", "--ppo.n-steps 32", "--ppo.batch-size 128"):
         assert words in card["command"]
     assert json.loads((whole / "checkpoints" / "0000000512" / "card.json").read_text())["steps"] == 512
@@ -181,7 +191,7 @@ def test_fingerprints_tell_agents_apart(whole, resumed):
 
 
 def test_what_is_no_agent(tmp_path, whole):
-    with pytest.raises(ValueError, match="agent must be a folder with model.zip, or a zip file"):
+    with pytest.raises(ValueError, match=r"agent must be a folder with model\.zip, or a zip file"):
         Agent.load(tmp_path)
     with pytest.raises(ValueError, match=r"policy must be one of .* or the path of an agent"):
         rollout(SHORT, str(tmp_path / "missing"))
@@ -205,7 +215,9 @@ def test_evaluate(tmp_path):
     assert "![episode](episode.png)" in report and "![error bands](error_bands.png)" in report
     with (folder / "episodes.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert [(row["policy"], int(row["episode"])) for row in rows] == [(p, k) for p in ("pd", "pd_dob") for k in range(6)]
+    assert [(row["policy"], int(row["episode"])) for row in rows] == [
+        (p, k) for p in ("pd", "pd_dob") for k in range(6)
+    ]
     scenario = scenarios.get("flagship")
     metrics = rollout(scenario, "pd", scenario.draw(10_000, 6)).metrics()
     for metric in UNITS:
@@ -242,5 +254,5 @@ def test_evaluate_refuses_before_any_work(policies, reference, message, tmp_path
 
 def test_evaluate_refuses_an_unknown_scenario(tmp_path):
     evaluation = module_of("evaluate")
-    with pytest.raises(ValueError, match="scenario must be one of .*'nowhere'"):
+    with pytest.raises(ValueError, match=r"scenario must be one of .*'nowhere'"):
         evaluation.main(evaluation.Config(policies=("pd",), reference="pd", scenario="nowhere", output=tmp_path))

@@ -7,6 +7,7 @@ from gymnasium.vector import AutoresetMode
 
 from ftac_gym import baselines
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
+from ftac_gym.initial_state import InitialState
 from ftac_gym.wrappers import ResidualPolicy, VectorResidualPolicy
 
 CRAFT, WHEELS = 4, 4
@@ -66,8 +67,9 @@ def test_zero_residual_is_the_base_in_a_vector_environment(mode, name):
     assert ends.sum() >= 5 and lonely
 
 
+@pytest.mark.parametrize("fade", [{}, {"fade_angle": 2.5, "fade_floor": 0.2}], ids=["constant", "fading"])
 @pytest.mark.parametrize("mode", MODES)
-def test_a_vector_equals_single_environments(mode):
+def test_a_vector_equals_single_environments(mode, fade):
     """With residuals, and in disabled mode with partial resets: every craft is the single environment."""
     vector = ResidualPolicy(native(mode, observation="telemetry"), authority=0.4)
     singles = [
@@ -146,6 +148,22 @@ def test_the_action_sent_on(authority):
     assert limited > 0
 
 
+@pytest.mark.parametrize(("angle", "share"), [(0.5, 1.0), (0.1, 0.5), (0.03, 0.15), (0.001, 0.05)])
+def test_fading_authority(angle, share):
+    """Below 0.2 rad the authority shrinks with the error, down to a twentieth."""
+    start = InitialState.fixed((np.cos(angle / 2.0), 0.0, np.sin(angle / 2.0), 0.0))
+    scenario = {"initial_state": start, "sensors": None, "faults": None}
+    gains = {"base": "pd", "authority": 0.4, "fade_angle": 0.2, "fade_floor": 0.05}
+    for make in (SpacecraftFTCEnv, lambda **changes: SpacecraftFTCVectorEnv(1, **changes)):
+        env = ResidualPolicy(make(**scenario), **gains)
+        observation, _ = env.reset(seed=0)
+        base = observation[..., -WHEELS:].ravel()
+        residual = -0.5 * np.sign(base)  # away from the limits
+        env.step(residual.reshape(env.action_space.shape))
+        sent = env.unwrapped.measurement().last_command[0] / 0.2
+        np.testing.assert_allclose(sent, base + 0.4 * share * residual, atol=1e-6)
+
+
 def test_spaces():
     inner = gym.make("SpacecraftFTC-v0")
     wrapped, vector = ResidualPolicy(inner), ResidualPolicy(native("SameStep"))
@@ -173,6 +191,8 @@ def test_gains_reach_the_base():
         ({"authority": 0.0}, "authority must be above 0 and at most 2, got 0.0"),
         ({"authority": 2.1}, "authority must be above 0 and at most 2"),
         ({"authority": float("nan")}, "authority must be above 0 and at most 2, got nan"),
+        ({"fade_angle": -0.1}, "fade_angle must not be negative"),
+        ({"fade_angle": 0.1, "fade_floor": 1.5}, r"fade_floor must be within \[0, 1\], got 1.5"),
         ({"rate_gain": -1.0}, "rate_gain must be positive"),
         ({"beauty": 1.0}, "gains of pd_dob.*beauty"),
     ],
