@@ -27,71 +27,12 @@ from ftac_gym.faults import (
 )
 from ftac_gym.inertia import InertiaUncertainty, exact_inertia
 from ftac_gym.initial_state import InitialState
-from ftac_gym.parameters import FloatArray, non_negative, positive, require
+from ftac_gym.objective import RewardWeights, SuccessCriterion
+from ftac_gym.parameters import FloatArray, positive, require
 from ftac_gym.references import MRPSinusoid, RateProfile, Reference, SetPoints
 from ftac_gym.sensors import SENSOR, SensorErrors
 from ftac_gym.serialization import from_plain, to_plain
 from ftac_gym.spacecraft import Spacecraft, WheelArray
-
-
-@dataclass(frozen=True)
-class RewardWeights:
-    """Weights of the reward terms; each term is documented in :mod:`ftac_gym.envs.reward`.
-
-    Parameters
-    ----------
-    progress
-        Of the decrease of the pointing error, per radian.
-    precision
-        Of the logarithmic pointing term.
-    rate
-        Of the rate error, per (rad/s)^2.
-    effort
-        Of the mean squared wheel command over the limit.
-    smoothness
-        Of the mean squared change of the wheel command over the limit.
-    on_target
-        Per step inside the success cone.
-    tumble
-        Penalty when the episode ends by tumbling.
-    """
-
-    progress: float = 10.0
-    precision: float = 0.1
-    rate: float = 0.0
-    effort: float = 0.01
-    smoothness: float = 0.02
-    on_target: float = 0.1
-    tumble: float = 10.0
-
-    def __post_init__(self) -> None:
-        """Check the weights."""
-        for item in dataclasses.fields(self):
-            object.__setattr__(self, item.name, non_negative(getattr(self, item.name), item.name))
-
-
-@dataclass(frozen=True)
-class SuccessCriterion:
-    """When an episode counts as a success: inside the cone and slow for the last seconds.
-
-    Parameters
-    ----------
-    angle
-        Half-angle of the cone [rad].
-    rate
-        Largest rate error [rad/s].
-    hold
-        How long before the end both must hold [s].
-    """
-
-    angle: float = float(np.radians(0.1))
-    rate: float = float(np.radians(0.02))
-    hold: float = 20.0
-
-    def __post_init__(self) -> None:
-        """Check the limits."""
-        for item in dataclasses.fields(self):
-            object.__setattr__(self, item.name, positive(getattr(self, item.name), item.name))
 
 
 def _multiple(value: float, unit: float, name: str, unit_name: str) -> int:

@@ -224,30 +224,57 @@ class Keeper(BaseCallback):
         return True
 
 
-def last_checkpoint(folder: Path) -> Path:
-    """Return the newest complete checkpoint of a run."""
-    found = sorted(path for path in (folder / "checkpoints").glob("*") if re.fullmatch(r"\d{10}", path.name))
-    if not found:
-        raise SystemExit(f"--resume: no checkpoint under {folder / 'checkpoints'}")
-    return found[-1]
+def checkpoints(folder: Path) -> list[Path]:
+    """Return the complete checkpoints of a run, oldest first."""
+    return sorted(path for path in (folder / "checkpoints").glob("*") if re.fullmatch(r"\d{10}", path.name))
+
+
+def resumed(config: Config) -> Config:
+    """Return the configuration that a run was started with; only its length may be changed."""
+    path = config.run_folder / "config.json"
+    if not path.exists() or not checkpoints(config.run_folder):
+        raise SystemExit(f"--resume: no checkpoint under {config.run_folder}; start the run without --resume")
+    data = json.loads(path.read_text())
+    saved = Config(**{
+        **data,
+        "run_folder": config.run_folder,
+        "layers": tuple(data["layers"]),
+        "ppo": PPOSettings(**data["ppo"]),
+        "resume": True,
+    })  # fmt: skip
+    default = Config()
+    for item in dataclasses.fields(config):
+        given = getattr(config, item.name)
+        if item.name in ("run_folder", "resume", "total_steps") or given == getattr(default, item.name):
+            continue
+        if given != getattr(saved, item.name):
+            flag = item.name.replace("_", "-")
+            raise SystemExit(f"--resume: the run was started with --{flag} {getattr(saved, item.name)}, got {given}")
+    if config.total_steps != default.total_steps:
+        saved = dataclasses.replace(saved, total_steps=config.total_steps)
+    return saved
 
 
 def main(config: Config) -> None:
     """Train."""
+    if config.resume:
+        config = resumed(config)
     torch.set_num_threads(config.torch_threads)
     folder = config.run_folder
     rate = config.ppo.learning_rate
     schedule: Any = (lambda remaining: rate * remaining) if config.anneal else rate
     settings = {**dataclasses.asdict(config.ppo), "learning_rate": schedule}
     if config.resume:
-        checkpoint = last_checkpoint(folder)
+        checkpoint = checkpoints(folder)[-1]
         env: Any = VecNormalize.load(str(checkpoint / NORMALIZER_FILE), make_env(config))
         model = PPO.load(checkpoint / MODEL_FILE, env=env, device="cpu", custom_objects={"learning_rate": schedule})
         # New episodes, not those that the run has already seen.
         model.set_random_seed(config.seed + model.num_timesteps)
     else:
-        if (folder / "config.json").exists():
+        if checkpoints(folder):
             raise SystemExit(f"{folder} holds a run already; choose another --run-folder, or --resume it")
+        # What a run leaves that was killed before its first checkpoint is worth nothing.
+        (folder / "evaluations.csv").unlink(missing_ok=True)
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "config.json").write_text(json.dumps(dataclasses.asdict(config), indent=2, default=str) + "\n")
         env = VecNormalize(make_env(config), gamma=config.ppo.gamma)

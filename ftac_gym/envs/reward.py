@@ -24,8 +24,9 @@ import numpy.typing as npt
 from numba import njit
 
 from ftac_gym.dynamics import Simulator
+from ftac_gym.objective import RewardWeights
 from ftac_gym.parameters import FloatArray
-from ftac_gym.scenario import RewardWeights, success_steps
+from ftac_gym.scenario import success_steps
 
 TERMS = ("progress", "precision", "rate", "effort", "smoothness", "on_target", "tumble")
 

@@ -23,7 +23,7 @@ from ftac_gym.evaluation.metrics import UNITS
 SCRIPTS = Path(__file__).parents[2] / "train"
 SHORT = scenarios.get("flagship").replace(duration=3.0)
 # 8 craft and rollouts of 32 steps: 256 steps to a rollout.
-TINY = (
+TINY = ("--critic-warmup", "0", 
     "--num-envs", "8", "--ppo.n-steps", "32", "--ppo.batch-size", "128", "--checkpoint-every", "512",
     "--evaluate-every", "100000000", "--torch-threads", "1",
 )  # fmt: skip
@@ -145,6 +145,17 @@ def test_nothing_to_resume(tmp_path):
     train = module_of("train")
     with pytest.raises(SystemExit, match="--resume: no checkpoint under"):
         train.main(train.Config(run_folder=tmp_path, resume=True))
+
+
+def test_a_resumed_run_keeps_its_settings(resumed):
+    train = module_of("train")
+    folder, _ = resumed
+    kept = train.resumed(train.Config(run_folder=folder, resume=True))
+    assert kept.base == "none" and kept.observation == "telemetry" and kept.ppo.n_steps == 32
+    longer = train.resumed(train.Config(run_folder=folder, resume=True, total_steps=123))
+    assert longer.total_steps == 123
+    with pytest.raises(SystemExit, match="--resume: the run was started with --num-envs 8, got 9"):
+        train.resumed(train.Config(run_folder=folder, resume=True, num_envs=9))
 
 
 @pytest.mark.parametrize("script", ["train", "evaluate", "tune"])
