@@ -72,6 +72,8 @@ class Disturbance:
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
         object.__setattr__(self, "constant", intervals(self.constant, "constant"))
+        valid = isinstance(self.harmonics, (tuple, list))
+        require(valid, "harmonics", "must be a tuple of Harmonic objects", self.harmonics)
         object.__setattr__(self, "harmonics", tuple(self.harmonics))
         for harmonic in self.harmonics:
             require(isinstance(harmonic, Harmonic), "harmonics", "must hold Harmonic objects", harmonic)

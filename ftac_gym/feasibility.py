@@ -1,5 +1,6 @@
-"""Can the remaining wheels do the task at all? A label per episode, so that impossible draws count against nobody.
+"""Can the remaining wheels surely do the task? A label per episode, so that impossible draws count against nobody.
 
+The label is careful: an episode without it may still be flown by luck, when faults do not act together or end in time.
 The rule looks at the wheels as they are in the worst moment of each fault, and is the same for every policy:
 
 1. Torque. A wheel that still obeys offers its effectiveness times its torque limit either way; any combination of the

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.parameters import FloatArray, Matrix, Vector, non_negative, require, vector
+from ftac_gym.parameters import FloatArray, Matrix, Vector, matrix, non_negative, require, vector
 
 INERTIA = np.dtype(
     [("constant", "f8", (3, 3)), ("amplitude", "f8", (3,)), ("frequency", "f8", (3,)), ("phase", "f8", (3,))]
@@ -48,9 +48,7 @@ class InertiaUncertainty:
         object.__setattr__(self, "relative", non_negative(self.relative, "relative"))
         require(self.relative < 1.0, "relative", "must be below 1", self.relative)
         if self.offset is not None:
-            offset = np.asarray(self.offset, dtype=float)
-            require(offset.shape == (3, 3), "offset", "must be 3 x 3", self.offset)
-            require(bool(np.isfinite(offset).all()), "offset", "must be finite", self.offset)
+            offset = matrix(self.offset, 3, 3, "offset")
             require(bool(np.allclose(offset, offset.T)), "offset", "must be symmetric", self.offset)
             object.__setattr__(self, "offset", tuple(tuple(float(value) for value in row) for row in offset))
         for name in ("amplitude", "frequency", "phase"):

@@ -85,8 +85,8 @@ class InitialState:
         The momentum is one number for all wheels, or one per wheel.
         """
         start = cls(attitude=tuple(attitude), rate=tuple(rate))
-        if isinstance(wheel_momentum, (int, float)):
-            return replace(start, wheel_momentum=wheel_momentum)
+        if isinstance(wheel_momentum, (int, float, np.number)):
+            return replace(start, wheel_momentum=float(wheel_momentum))
         return replace(start, fixed_wheel_momentum=tuple(wheel_momentum))
 
     def uniform_count(self, wheels: int) -> int:

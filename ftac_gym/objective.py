@@ -29,7 +29,7 @@ class RewardWeights:
     on_target
         Per step inside the success cone.
     tumble
-        Penalty when the episode ends by tumbling.
+        Penalty when the episode ends by tumbling; it must outweigh what pointing badly for the rest would cost.
     """
 
     progress: float = 10.0
@@ -38,7 +38,7 @@ class RewardWeights:
     effort: float = 0.01
     smoothness: float = 0.02
     on_target: float = 0.1
-    tumble: float = 10.0
+    tumble: float = 200.0
 
     def __post_init__(self) -> None:
         """Check the weights."""

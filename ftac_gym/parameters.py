@@ -61,6 +61,19 @@ def vector(values: Sequence[float], length: int, field: str) -> Vector:
     return tuple(float(value) for value in array)
 
 
+def matrix(values: object, rows: int, columns: int | None, field: str) -> FloatArray:
+    """Return an array (rows, columns); raise a ValueError unless it is one of finite numbers. None: any width."""
+    shape = f"{rows} x {columns if columns is not None else 'm'}"
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"{field} must be {shape}, got {values!r}") from None
+    fits = array.ndim == 2 and array.shape[0] == rows and array.shape[1] == (columns or array.shape[1]) >= 1
+    require(fits, field, f"must be {shape}", values)
+    require(bool(np.isfinite(array).all()), field, "must be finite", values)
+    return array
+
+
 def unit_quaternion(values: Sequence[float], field: str) -> Vector:
     """Return the values as a tuple; raise a ValueError unless they are a unit quaternion (scalar first) to 1e-3."""
     quaternion = vector(values, 4, field)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.parameters import Matrix, Vector, positive, require, vector
+from ftac_gym.parameters import Matrix, Vector, matrix, positive, require, vector
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -18,8 +18,8 @@ def _limits(values: float | Sequence[float] | None, count: int, field: str) -> V
     """Return one positive limit per wheel from a scalar or a sequence; None means unlimited."""
     if values is None:
         return None
-    if isinstance(values, (int, float)):
-        values = (values,) * count
+    if isinstance(values, (int, float, np.number)):
+        values = (float(values),) * count
     return tuple(positive(value, f"{field}[{wheel}]") for wheel, value in enumerate(vector(values, count, field)))
 
 
@@ -52,9 +52,7 @@ class WheelArray:
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
-        axes = np.asarray(self.axes, dtype=float)
-        require(axes.ndim == 2 and axes.shape[0] == 3 and axes.shape[1] >= 1, "axes", "must be 3 x m", self.axes)
-        require(bool(np.isfinite(axes).all()), "axes", "must be finite", self.axes)
+        axes = matrix(self.axes, 3, None, "axes")
         norms = np.linalg.norm(axes, axis=0)
         require(bool(np.all(np.abs(norms - 1.0) < 1e-6)), "axes", "must have columns of unit length", norms.tolist())
         count = axes.shape[1]
@@ -117,9 +115,7 @@ class Spacecraft:
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
         require(isinstance(self.wheels, WheelArray), "wheels", "must be a WheelArray", self.wheels)
-        inertia = np.asarray(self.inertia, dtype=float)
-        require(inertia.shape == (3, 3), "inertia", "must be 3 x 3", self.inertia)
-        require(bool(np.isfinite(inertia).all()), "inertia", "must be finite", self.inertia)
+        inertia = matrix(self.inertia, 3, 3, "inertia")
         require(bool(np.allclose(inertia, inertia.T, rtol=1e-9)), "inertia", "must be symmetric", self.inertia)
         moments = np.linalg.eigvalsh(inertia)
         require(moments[0] > 0.0, "inertia", "must be positive definite; principal moments", moments.tolist())

@@ -46,8 +46,8 @@ class Config:
     """The policy that the others are compared with, episode by episode."""
     scenario: str = "flagship"
     """Scenario."""
-    episodes: int = 520
-    """Number of episodes drawn, feasible or not."""
+    episodes: int = 500
+    """Number of feasible episodes; the infeasible ones drawn on the way are flown too and counted apart."""
     seed: int = 10_000
     """Seed of the test split: neither training nor tuning uses it."""
     detail: int | None = None
@@ -67,6 +67,19 @@ def paths(policies: Sequence[str]) -> dict[str, str]:
         else:
             raise SystemExit(f"--policies: {policy!r} is no baseline ({', '.join(baselines.names())}), agent or file")
     return found
+
+
+def draw(scenario: Scenario, seed: int, feasible: int) -> Episodes:
+    """Draw episodes until so many of them are feasible."""
+    count = feasible
+    while True:
+        episodes = scenario.draw(seed, count)
+        missing = feasible - int(episodes.feasible.sum())
+        if missing <= 0:
+            return episodes
+        if count > 20 * feasible:
+            raise SystemExit(f"--scenario: too few episodes of {scenario.name} are feasible to draw {feasible}")
+        count += missing
 
 
 def run(config: Config, scenario: Scenario, episodes: Episodes, folder: Path, console: Console) -> list[Evaluation]:
@@ -187,8 +200,12 @@ def main(config: Config) -> None:
     console = Console()
     if config.reference not in paths(config.policies):
         raise SystemExit(f"--reference: {config.reference!r} is not among the policies {list(config.policies)}")
+    if config.scenario not in scenarios.names():
+        raise SystemExit(f"--scenario: {config.scenario!r} is none of {scenarios.names()}")
     scenario = scenarios.get(config.scenario)
-    episodes = scenario.draw(config.seed, config.episodes)
+    episodes = draw(scenario, config.seed, config.episodes)
+    if config.detail is not None and not 0 <= config.detail < len(episodes):
+        raise SystemExit(f"--detail: {config.detail} is none of the {len(episodes)} episodes")
     feasible: npt.NDArray[np.bool_] = episodes.feasible
     folder = config.output / config.scenario
     folder.mkdir(parents=True, exist_ok=True)

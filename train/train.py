@@ -1,12 +1,13 @@
 """Train an agent with PPO: a residual on a baseline, or direct.
 
 Everything a run needs or makes lies in its folder: ``config.json``, checkpoints with normaliser, ``evaluations.csv``,
-TensorBoard logs, and at the end the agent. A killed run goes on from its last checkpoint with ``--resume``.
+TensorBoard logs, and in ``agent`` the best agent so far, judged by its mean return on fixed feasible episodes. A killed
+run goes on from its last checkpoint with ``--resume``.
 
 Examples
 --------
     python train/train.py --run-folder runs/residual
-    python train/train.py --run-folder runs/direct --base none --total-steps 12000000
+    python train/train.py --run-folder runs/direct --base none --hold 1
     python train/train.py --run-folder runs/residual --resume
 """
 
@@ -30,6 +31,7 @@ from stable_baselines3.common.callbacks import BaseCallback, CallbackList, Progr
 from stable_baselines3.common.vec_env import VecNormalize
 
 import ftac_gym
+from ftac_gym import baselines
 from ftac_gym.evaluation.agent import CARD_FILE, MODEL_FILE, NORMALIZER_FILE, Agent, Interface
 from ftac_gym.evaluation.metrics import summarize
 from ftac_gym.evaluation.rollout import rollout
@@ -40,11 +42,11 @@ from ftac_gym.wrappers import SB3VecEnv
 class PPOSettings:
     """Hyperparameters of PPO, in Stable-Baselines3's words."""
 
-    learning_rate: float = 3e-4
-    n_steps: int = 64
-    batch_size: int = 4096
+    learning_rate: float = 5e-4
+    n_steps: int = 120
+    batch_size: int = 15360
     n_epochs: int = 10
-    gamma: float = 0.98
+    gamma: float = 0.99
     gae_lambda: float = 0.95
     clip_range: float = 0.2
     ent_coef: float = 0.0
@@ -66,21 +68,21 @@ class Config:
     """Information tier."""
     base: str = "pd_dob"
     """Baseline that the agent corrects; "none" trains a direct policy."""
-    authority: float = 0.5
+    authority: float = 2.0
     """Authority of the residual."""
-    fade_angle: float = 0.035
+    fade_angle: float = 0.17
     """Pointing error [rad] below which the authority shrinks; zero never shrinks it."""
-    fade_floor: float = 0.02
+    fade_floor: float = 0.0
     """Share of the authority that is always kept."""
-    hold: int = 10
+    hold: int = 5
     """Control periods for which the agent holds each action."""
-    total_steps: int = 4_000_000
+    total_steps: int = 3_000_000
     """Decisions of the agent, over all craft; each takes \"hold\" steps of the environment."""
-    num_envs: int = 256
+    num_envs: int = 512
     """Craft in parallel."""
     layers: tuple[int, ...] = (64, 64)
     """Hidden layers of the policy and of the value network."""
-    log_std_init: float = -1.0
+    log_std_init: float = -0.5
     """Logarithm of the initial standard deviation of the action."""
     critic_warmup: int = 5
     """Rollouts at the start in which only the value network learns: a base is easily unlearned by a blind critic."""
@@ -90,10 +92,10 @@ class Config:
     """Seed of everything."""
     torch_threads: int = 2
     """Threads of PyTorch."""
-    evaluate_every: int = 500_000
+    evaluate_every: int = 250_000
     """Steps between evaluations on fixed episodes."""
-    evaluation_episodes: int = 100
-    """Episodes of an evaluation."""
+    evaluation_episodes: int = 600
+    """Episodes of an evaluation, of which the feasible ones count."""
     evaluation_seed: int = 900_000
     """Seed of those episodes: neither training nor the reported test uses it."""
     checkpoint_every: int = 500_000
@@ -107,7 +109,9 @@ class Config:
     def interface(self) -> Interface:
         """What surrounds the policy network."""
         base = None if self.base == "none" else self.base
-        return Interface(self.observation, base, self.authority, self.fade_angle, self.fade_floor, self.hold)
+        # The gains are written down: an agent must not change when the defaults of its base do.
+        gains = {} if base is None else baselines.defaults(base)
+        return Interface(self.observation, base, self.authority, self.fade_angle, self.fade_floor, self.hold, gains)
 
 
 def make_env(config: Config) -> SB3VecEnv:
@@ -134,26 +138,32 @@ def save_agent(folder: Path, model: PPO, config: Config) -> None:
 
 def card(model: PPO, config: Config) -> dict[str, Any]:
     """Return what a reader needs to know of an agent."""
-    default = Config()
-    changed = [
-        f"--{item.name.replace('_', '-')} {getattr(config, item.name)}"
-        for item in dataclasses.fields(config)
-        if item.name not in ("resume", "ppo") and getattr(config, item.name) != getattr(default, item.name)
-    ]
-    changed += [
-        f"--ppo.{item.name.replace('_', '-')} {getattr(config.ppo, item.name)}"
-        for item in dataclasses.fields(config.ppo)
-        if getattr(config.ppo, item.name) != getattr(default.ppo, item.name)
-    ]
     return {
         "interface": dataclasses.asdict(config.interface),
         "environment": config.env_id,
-        "command": " ".join(["python train/train.py", *changed]),
+        "command": command(config),
         "seed": config.seed,
-        "commit": commit(),
+        "commit": COMMIT,
         "steps": model.num_timesteps,
         "ftac_gym": ftac_gym.__version__,
     }
+
+
+def command(config: Config) -> str:
+    """Return the command line that makes a configuration."""
+    default = Config()
+    words = ["python train/train.py"]
+    for prefix, values, usual in (("", config, default), ("ppo.", config.ppo, default.ppo)):
+        for item in dataclasses.fields(values):
+            value = getattr(values, item.name)
+            if item.name in ("resume", "ppo") or value == getattr(usual, item.name):
+                continue
+            name = item.name.replace("_", "-")
+            if isinstance(value, bool):
+                words.append(f"--{prefix}{name}" if value else f"--{prefix}no-{name}")
+            else:
+                words.append(f"--{prefix}{name} {' '.join(map(str, value)) if isinstance(value, tuple) else value}")
+    return " ".join(words)
 
 
 def commit() -> str:
@@ -167,39 +177,52 @@ def commit() -> str:
         return "unknown"
 
 
+COMMIT = commit()
+"""Read when the run starts: the tree may move on while it trains."""
+
+
 class Keeper(BaseCallback):
-    """Checkpoints and evaluates at fixed numbers of steps."""
+    """Checkpoints and evaluates at fixed numbers of steps, and keeps the best agent so far."""
 
     def __init__(self, config: Config) -> None:
         super().__init__()
         self._config = config
         self._next_checkpoint = config.checkpoint_every
         self._next_evaluation = config.evaluate_every
+        self._best = -float("inf")
 
     def _on_training_start(self) -> None:
         config, steps = self._config, self.model.num_timesteps
         self._next_checkpoint = (steps // config.checkpoint_every + 1) * config.checkpoint_every
         self._next_evaluation = (steps // config.evaluate_every + 1) * config.evaluate_every
+        self._best = max((row["mean_return"] for row in evaluations(config.run_folder)), default=-float("inf"))
 
     def _on_rollout_start(self) -> None:
-        rollouts = self.model.num_timesteps // (self._config.num_envs * self._config.ppo.n_steps)
+        config, steps = self._config, self.model.num_timesteps
+        warming = steps < config.critic_warmup * config.num_envs * config.ppo.n_steps
         policy = self._ppo.policy
-        actor = [*policy.mlp_extractor.policy_net.parameters(), *policy.action_net.parameters(), policy.log_std]
-        for parameter in actor:
-            parameter.requires_grad_(rollouts >= self._config.critic_warmup)
+        for part in (policy.mlp_extractor.policy_net, policy.action_net):
+            part.requires_grad_(not warming)
+        policy.log_std.requires_grad_(not warming)
         # Between rollouts the model is consistent: a resumed run starts where a rollout would.
-        steps = self.model.num_timesteps
-        if steps >= self._next_checkpoint:
-            self._next_checkpoint += self._config.checkpoint_every
-            save_agent(self._config.run_folder / "checkpoints" / f"{steps:010d}", self._ppo, self._config)
         if steps >= self._next_evaluation:
-            self._next_evaluation += self._config.evaluate_every
+            self._next_evaluation += config.evaluate_every
             self._evaluate(steps)
+        if steps >= self._next_checkpoint:
+            self._next_checkpoint += config.checkpoint_every
+            self._checkpoint(steps)
+
+    def _on_training_end(self) -> None:
+        self._evaluate(self.model.num_timesteps)
+        self._checkpoint(self.model.num_timesteps)
 
     @property
     def _ppo(self) -> PPO:
         assert isinstance(self.model, PPO)
         return self.model
+
+    def _checkpoint(self, steps: int) -> None:
+        save_agent(self._config.run_folder / "checkpoints" / f"{steps:010d}", self._ppo, self._config)
 
     def _evaluate(self, steps: int) -> None:
         config = self._config
@@ -212,6 +235,9 @@ class Keeper(BaseCallback):
         for name, value in row.items():
             if name != "steps":
                 self.logger.record(f"evaluation/{name}", value)
+        if row["mean_return"] > self._best:
+            self._best = row["mean_return"]
+            save_agent(config.run_folder / "agent", self._ppo, config)
         path = config.run_folder / "evaluations.csv"
         new = not path.exists()
         with path.open("a", newline="") as file:
@@ -222,6 +248,15 @@ class Keeper(BaseCallback):
 
     def _on_step(self) -> bool:
         return True
+
+
+def evaluations(folder: Path) -> list[dict[str, float]]:
+    """Return the evaluations of a run, oldest first."""
+    path = folder / "evaluations.csv"
+    if not path.exists():
+        return []
+    with path.open() as file:
+        return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
 
 
 def checkpoints(folder: Path) -> list[Path]:
@@ -268,7 +303,6 @@ def main(config: Config) -> None:
         checkpoint = checkpoints(folder)[-1]
         env: Any = VecNormalize.load(str(checkpoint / NORMALIZER_FILE), make_env(config))
         model = PPO.load(checkpoint / MODEL_FILE, env=env, device="cpu", custom_objects={"learning_rate": schedule})
-        # New episodes, not those that the run has already seen.
         model.set_random_seed(config.seed + model.num_timesteps)
     else:
         if checkpoints(folder):
@@ -284,12 +318,14 @@ def main(config: Config) -> None:
             "MlpPolicy", env, policy_kwargs=policy, seed=config.seed, device="cpu",
             tensorboard_log=str(folder / "tensorboard"), **settings,
         )  # fmt: skip
+    # Far apart for every run: Stable-Baselines3's own seeds would give neighbouring runs the same episodes.
+    env.seed(1_000_000_000 * (config.seed + 1) + model.num_timesteps)
     remaining = config.total_steps - model.num_timesteps
     if remaining > 0:
         callbacks = CallbackList([Keeper(config), ProgressBarCallback()])
         model.learn(remaining, callback=callbacks, reset_num_timesteps=False, tb_log_name="ppo")
-    save_agent(folder / "agent", model, config)
-    print(f"agent saved in {folder / 'agent'}")
+    best = json.loads((folder / "agent" / CARD_FILE).read_text())
+    print(f"the best agent on the evaluation episodes, after {best['steps']} steps, is in {folder / 'agent'}")
 
 
 if __name__ == "__main__":

@@ -76,7 +76,12 @@ def cost(point: np.ndarray, config: Config, seed: int) -> float:
 
 def main(config: Config) -> None:
     """Search, and report."""
-    scenarios.get(config.scenario)
+    for name, value, known in (
+        ("baseline", config.baseline, sorted(SPACES)),
+        ("scenario", config.scenario, scenarios.names()),
+    ):
+        if value not in known:
+            raise SystemExit(f"--{name} must be one of {known}, got {value!r}")
     bounds: Any = list(SPACES[config.baseline].values())
     bar = tqdm(total=config.generations, desc=f"tuning {config.baseline}")
 

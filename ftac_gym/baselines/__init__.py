@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import inspect
 from typing import Any
 
 from ftac_gym.baselines.baseline import Baseline
@@ -12,7 +12,7 @@ from ftac_gym.baselines.policy import BaselinePolicy, as_action, measurement_of
 from ftac_gym.parameters import require
 from ftac_gym.scenario import Scenario
 
-_BUILDERS: dict[str, Callable[..., Baseline]] = {
+_BUILDERS: dict[str, type[Baseline]] = {
     "pd": PD,
     "pd_dob": PDDisturbanceObserver,
 }
@@ -49,11 +49,29 @@ def make(name: str, scenario: Scenario, num_craft: int = 1, **gains: Any) -> Bas
         raise ValueError(f"gains of {name}: {error}") from None
 
 
+def defaults(name: str) -> dict[str, Any]:
+    """Return the default gains of a baseline, by name.
+
+    Raises
+    ------
+    ValueError
+        If the name is unknown.
+    """
+    require(name in _BUILDERS, "baseline", f"must be one of {names()}", name)
+    gains: dict[str, Any] = {}
+    for law in reversed(_BUILDERS[name].__mro__):
+        for parameter in inspect.signature(law.__init__).parameters.values():  # type: ignore[misc]
+            if parameter.default is not parameter.empty and parameter.name != "num_craft":
+                gains[parameter.name] = parameter.default
+    return gains
+
+
 __all__ = [
     "Baseline",
     "BaselinePolicy",
     "FaultEstimate",
     "as_action",
+    "defaults",
     "make",
     "measurement_of",
     "names",

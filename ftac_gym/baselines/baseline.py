@@ -35,7 +35,9 @@ class Baseline(ABC):
     """The tier of information it uses: attitude, telemetry or oracle."""
 
     def __init__(self, scenario: Scenario, num_craft: int = 1) -> None:
-        require(num_craft > 0, "num_craft", "must be positive", num_craft)
+        require(isinstance(scenario, Scenario), "scenario", "must be a Scenario", scenario)
+        whole = isinstance(num_craft, (int, np.integer)) and num_craft > 0
+        require(whole, "num_craft", "must be a positive integer", num_craft)
         self.scenario = scenario
         self.num_craft = int(num_craft)
         self.memory = Memory(self.num_craft)

@@ -61,6 +61,7 @@ class Simulator:
     """
 
     def __init__(self, scenario: Scenario, num_craft: int, threads: int = 1) -> None:
+        require(isinstance(scenario, Scenario), "scenario", "must be a Scenario", scenario)
         for name, value in (("num_craft", num_craft), ("threads", threads)):
             require(isinstance(value, (int, np.integer)) and value > 0, name, "must be a positive integer", value)
         self.scenario = scenario

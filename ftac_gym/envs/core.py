@@ -156,6 +156,22 @@ class Core:
         }
 
 
+def requested_episodes(options: Mapping[str, Any] | None, known: tuple[str, ...]) -> Episodes | None:
+    """Return the episodes that the options of a reset ask for, if any.
+
+    Raises
+    ------
+    ValueError
+        If an option is unknown, or the episodes are none.
+    """
+    for name in options or {}:
+        require(name in known, "reset option", f"must be one of {list(known)}", name)
+    episodes = (options or {}).get("episodes")
+    valid = episodes is None or isinstance(episodes, Episodes)
+    require(valid, 'options["episodes"]', "must be an Episodes object", episodes)
+    return episodes
+
+
 def check_render_mode(render_mode: str | None, known: list[str]) -> None:
     """Raise a ValueError unless the render mode is None or known."""
     require(render_mode is None or render_mode in known, "render_mode", f"must be None or one of {known}", render_mode)

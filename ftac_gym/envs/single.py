@@ -9,13 +9,13 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
+from gymnasium.envs.registration import EnvSpec
 
-from ftac_gym.envs.core import Core, check_render_mode, resolve_scenario
+from ftac_gym.envs.core import Core, check_render_mode, requested_episodes, resolve_scenario
 from ftac_gym.envs.reward import TERMS
-from ftac_gym.episodes import Episodes
 from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import require
 from ftac_gym.scenario import Scenario
+from ftac_gym.serialization import to_plain
 
 Observation = npt.NDArray[np.float32]
 
@@ -82,6 +82,8 @@ class SpacecraftFTCEnv(gym.Env[Observation, npt.NDArray[Any]]):
         If a name is unknown or a value breaks a rule.
     """
 
+    _spec: EnvSpec | None = None
+
     metadata = {"render_modes": []}  # noqa: RUF012  Gymnasium defines it so
 
     def __init__(
@@ -98,6 +100,17 @@ class SpacecraftFTCEnv(gym.Env[Observation, npt.NDArray[Any]]):
         self.observation_space = self.core.observation_space
         self.action_space = self.core.action_space
         self._seeded = False
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """The specification that makes this environment again; scenarios and their parts are kept as plain data."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, value: EnvSpec | None) -> None:
+        if value is not None:
+            value.kwargs = {name: to_plain(item) for name, item in value.kwargs.items()}
+        self._spec = value
 
     @property
     def scenario(self) -> Scenario:
@@ -135,9 +148,7 @@ class SpacecraftFTCEnv(gym.Env[Observation, npt.NDArray[Any]]):
             known = self.np_random_seed
             self.core.seed(0, known if known is not None and known >= 0 else int(self.np_random.integers(2**63)))
             self._seeded = True
-        episodes = (options or {}).get("episodes")
-        valid = episodes is None or isinstance(episodes, Episodes)
-        require(valid, 'options["episodes"]', "must be an Episodes object", episodes)
+        episodes = requested_episodes(options, ("episodes",))
         observation = np.empty((1, self.core.observer.layout.size), dtype=np.float32)
         self.core.reset(self.core.all_craft, observation, episodes)
         return observation[0], self._info()
@@ -163,10 +174,9 @@ class SpacecraftFTCEnv(gym.Env[Observation, npt.NDArray[Any]]):
         if action.shape != self.action_space.shape:
             raise ValueError(f"action must have shape {self.action_space.shape}, got {action.shape}")
         observation, terms, terminated, truncated = self.core.step(action[None])
-        values = terms[0].tolist()
         info = self._info()
-        info["reward_terms"] = dict(zip(TERMS, values, strict=True))
-        return observation[0], sum(values), bool(terminated[0]), bool(truncated[0]), info
+        info["reward_terms"] = dict(zip(TERMS, terms[0].tolist(), strict=True))
+        return observation[0], float(terms.sum(axis=1)[0]), bool(terminated[0]), bool(truncated[0]), info
 
     def _info(self) -> dict[str, Any]:
         # The same keys and values as Core.facts, without the cost of arrays.

@@ -8,15 +8,16 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
+from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from ftac_gym.envs.core import BoolArray, Core, check_render_mode, resolve_scenario
+from ftac_gym.envs.core import BoolArray, Core, check_render_mode, requested_episodes, resolve_scenario
 from ftac_gym.envs.reward import TERMS
-from ftac_gym.episodes import Episodes
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, require
 from ftac_gym.scenario import Scenario
+from ftac_gym.serialization import to_plain
 
 Observation = npt.NDArray[np.float32]
 
@@ -37,7 +38,7 @@ class SpacecraftFTCVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArra
     autoreset_mode
         What happens when an episode ends: ``"NextStep"``, ``"SameStep"`` or ``"Disabled"``, or the enum.
     max_episode_steps
-        Truncate after this many steps, if that comes before the scenario's duration.
+        Truncate after this many steps, if that comes before the scenario's duration; None or -1 for no such limit.
     threads
         Threads that share the craft; the result does not depend on it.
 
@@ -46,6 +47,8 @@ class SpacecraftFTCVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArra
     ValueError
         If a name is unknown or a value breaks a rule.
     """
+
+    _spec: EnvSpec | None = None
 
     metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
 
@@ -73,7 +76,7 @@ class SpacecraftFTCVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArra
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
         chosen = resolve_scenario(scenario, default_scenario, scenario_changes)
         self.core = Core(chosen, observation, self.num_envs, threads)
-        if max_episode_steps is not None:
+        if max_episode_steps is not None and max_episode_steps != -1:
             require(max_episode_steps > 0, "max_episode_steps", "must be positive", max_episode_steps)
             self.core.horizon = min(self.core.horizon, int(max_episode_steps))
         self.single_observation_space = self.core.observation_space
@@ -85,6 +88,17 @@ class SpacecraftFTCVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArra
         self._ended = np.zeros(self.num_envs, dtype=np.bool_)
         self.final_measurement: Measurement | None = None
         """Same-step mode: what the craft measured just before the latest automatic reset."""
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """The specification that makes this environment again; scenarios and their parts are kept as plain data."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, value: EnvSpec | None) -> None:
+        if value is not None:
+            value.kwargs = {name: to_plain(item) for name, item in value.kwargs.items()}
+        self._spec = value
 
     @property
     def scenario(self) -> Scenario:
@@ -125,10 +139,8 @@ class SpacecraftFTCVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArra
         """
         mask = self._reset_mask(options)
         chosen = np.flatnonzero(mask)
+        episodes = requested_episodes(options, ("reset_mask", "episodes"))
         self._seed(seed, chosen)
-        episodes = (options or {}).get("episodes")
-        valid = episodes is None or isinstance(episodes, Episodes)
-        require(valid, 'options["episodes"]', "must be an Episodes object", episodes)
         self.core.reset(chosen, self._observation, episodes)
         self._ended[chosen] = False
         return self._observation.copy(), _masked(self.core.facts(), mask)
@@ -152,6 +164,8 @@ class SpacecraftFTCVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArra
         gymnasium.error.ResetNeeded
             In disabled mode, if a craft whose episode has ended was not reset.
         """
+        if not self._seeded.all():
+            raise gym.error.ResetNeeded("call reset() before step()")
         disabled = self.autoreset_mode is AutoresetMode.DISABLED
         if disabled and self._ended.any():
             waiting = np.flatnonzero(self._ended).tolist()
@@ -210,10 +224,13 @@ class SpacecraftFTCVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArra
             super().reset(seed=int(seed))
             seeds = [int(seed) + craft for craft in range(self.num_envs)]
         elif seed is not None:
+            require(isinstance(seed, (list, tuple, np.ndarray)), "seed", "must be an integer or a list of seeds", seed)
             seeds = seed
         require(len(seeds) == self.num_envs, "seed", f"must be an integer or {self.num_envs} seeds", seed)
         for craft in chosen.tolist():
             value = seeds[craft]
+            valid = value is None or (isinstance(value, (int, np.integer)) and int(value) >= 0)
+            require(valid, f"seed[{craft}]", "must be a non-negative integer or None", value)
             if value is None and not self._seeded[craft]:
                 value = int(self.np_random.integers(2**62))
             if value is not None:

@@ -109,20 +109,20 @@ class Agent:
         ----------
         path
             A folder with ``model.zip``, ``normalizer.pkl`` and ``card.json``, or a Stable-Baselines3 zip file beside
-            which these two may lie.
+            which the other two may lie. Without a card the agent is taken to act directly, in the attitude tier.
 
         Raises
         ------
         ValueError
-            If there is no model, or its observation does not fit the interface of the card.
+            If there is no model.
+        ImportError
+            If Stable-Baselines3 is not installed.
         """
-        from stable_baselines3 import PPO
-
         path = Path(path)
         model_path = path / MODEL_FILE if path.is_dir() else path
         require(model_path.is_file(), "agent", "must be a folder with model.zip, or a zip file", str(path))
         card_path = model_path.with_name(CARD_FILE)
-        interface = Interface()
+        interface = Interface(base=None)
         if card_path.is_file():
             interface = Interface(**json.loads(card_path.read_text())["interface"])
         normalizer = None
@@ -133,7 +133,7 @@ class Agent:
             normalizer.training = False
         parts = [item.read_bytes() for item in (model_path, card_path, normalizer_path) if item.is_file()]
         fingerprint = hashlib.sha256(b"".join(parts)).hexdigest()
-        return cls(PPO.load(model_path, device="cpu"), normalizer, interface, fingerprint)
+        return cls(_load_model(model_path), normalizer, interface, fingerprint)
 
     def attach(self, env: SpacecraftFTCVectorEnv) -> VectorEnv[Any, Any, Any]:
         """Wrap a vector environment for this agent.
@@ -145,9 +145,9 @@ class Agent:
         """
         wrapped: VectorEnv[Any, Any, Any] = self.interface.wrap(env)
         wanted, given = self.model.observation_space.shape, wrapped.single_observation_space.shape
-        require(wanted == given, "agent", f"must fit the environment's observation {given}; it was trained on", wanted)
+        require(wanted == given, "agent", f"must have been trained on the environment's observation {given}", wanted)
         wanted, given = self.model.action_space.shape, wrapped.single_action_space.shape
-        require(wanted == given, "agent", f"must fit the environment's action {given}; it was trained on", wanted)
+        require(wanted == given, "agent", f"must have been trained on the environment's action {given}", wanted)
         return wrapped
 
     def predict(
@@ -172,3 +172,16 @@ class Agent:
             decided, _ = self.model.predict(observation, deterministic=deterministic)
             held = decided if held is None else np.where(due[:, None], decided, held)
         return held, (np.where(due, self.interface.hold, waiting) - 1, held)
+
+
+def _load_model(path: Path) -> BaseAlgorithm:
+    """Load a model of any algorithm of Stable-Baselines3; the policy in the file tells which."""
+    import stable_baselines3 as sb3
+    from stable_baselines3.common.save_util import load_from_zip_file
+
+    data, _, _ = load_from_zip_file(path, device="cpu")
+    policy = data["policy_class"].__module__ if data is not None else ""
+    kinds: dict[str, type[BaseAlgorithm]] = {"sac": sb3.SAC, "td3": sb3.TD3, "dqn": sb3.DQN}
+    # PPO and A2C share their policies; for prediction it does not matter which of them trained.
+    algorithm = next((kind for name, kind in kinds.items() if f".{name}." in policy), sb3.PPO)
+    return algorithm.load(path, device="cpu")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,13 @@ from ftac_gym.scenario import Scenario
 
 BATCH = 100
 """Episodes that are run side by side and saved together."""
+
+
+@cache
+def code_digest() -> str:
+    """Return a hash of the package's sources: results of other code are not to be mixed with this code's."""
+    root = Path(ftac_gym.__file__).parent
+    return hashlib.sha256(b"".join(path.read_bytes() for path in sorted(root.rglob("*.py")))).hexdigest()
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +84,7 @@ def evaluate(
         batch = episodes[start : start + BATCH]
         path = None
         if folder is not None and fingerprint is not None:
-            identity = f"{ftac_gym.__version__} {fingerprint} {scenario.to_json()} {batch.digest()}"
+            identity = f"{code_digest()} {fingerprint} {scenario.to_json()} {batch.digest()}"
             path = folder / f"{hashlib.sha256(identity.encode()).hexdigest()[:20]}.npz"
         if path is not None and path.exists():
             with np.load(path) as data:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 
 import numpy as np
 import numpy.typing as npt
@@ -37,7 +38,7 @@ def error_bands(
     """
     figure = Figure(figsize=(4.0 * len(evaluations), 3.6), layout="constrained")
     panels = figure.subplots(1, len(evaluations), sharex=True, sharey=True, squeeze=False)[0]
-    for panel, evaluation, color in zip(panels, evaluations, COLORS, strict=False):
+    for panel, evaluation, color in zip(panels, evaluations, cycle(COLORS), strict=False):
         error = np.maximum(evaluation.attitude_error[:, chosen], FLOOR)
         low, quarter, middle, three, high = np.percentile(error, [5.0, 25.0, 50.0, 75.0, 95.0], axis=1)
         time = np.arange(len(error)) * control_period
@@ -63,7 +64,7 @@ def episode(histories: Mapping[str, Rollout]) -> Figure:
     figure = Figure(figsize=(max(9.0, 4.2 * len(histories)), 10.0), layout="constrained")
     grid = figure.add_gridspec(5, len(histories))
     error, rate = figure.add_subplot(grid[0, :]), figure.add_subplot(grid[1, :])
-    for (name, history), color in zip(histories.items(), COLORS, strict=False):
+    for (name, history), color in zip(histories.items(), cycle(COLORS), strict=False):
         pointing = np.maximum(np.degrees(history.attitude_error[:, 0]), FLOOR)
         error.plot(history.time, pointing, color=color, label=name)
         rate.plot(history.time, np.maximum(np.degrees(history.rate_error[:, 0]), FLOOR), color=color)
@@ -84,7 +85,7 @@ def episode(histories: Mapping[str, Rollout]) -> Figure:
         torques = np.vstack([np.zeros((1, wheels)), history.applied_torque[:, 0]])
         effectiveness, bias = fault_effect(np.repeat(faults, count + 1, axis=0), history.time, torques)
         for wheel in range(wheels):
-            color = COLORS[wheel]
+            color = COLORS[wheel % len(COLORS)]
             torque.plot(history.time[1:], history.applied_torque[:, 0, wheel], color=color, linewidth=0.8)
             momentum.plot(history.time, history.wheel_momentum[:, 0, wheel], color=color, label=f"wheel {wheel}")
             fault.plot(history.time, effectiveness[:, wheel], color=color, linewidth=1.2)

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -32,29 +35,33 @@ class Contestant(Protocol):
 
 
 class BaselineContestant:
-    """A baseline by name, with its gains.
+    """A baseline with its gains.
 
     Parameters
     ----------
-    name
-        Name of the baseline.
+    law
+        Name of a baseline, or a class of your own.
     **gains
         Its gains.
     """
 
     tier = "attitude"
 
-    def __init__(self, name: str, **gains: Any) -> None:
-        require(name in baselines.names(), "baseline", f"must be one of {baselines.names()}", name)
-        self._name = name
+    def __init__(self, law: str | type[baselines.Baseline], **gains: Any) -> None:
+        self.fingerprint: str | None = None
+        """Same for the same policy: finished batches are found by it. None for a law that is not of this package."""
+        if isinstance(law, str):
+            require(law in baselines.names(), "baseline", f"must be one of {baselines.names()}", law)
+            self._build: Callable[..., baselines.Baseline] = partial(baselines.make, law)
+            self.fingerprint = json.dumps([law, gains], sort_keys=True)
+        else:
+            self._build = law
         self._gains = gains
         self._policy: baselines.BaselinePolicy | None = None
-        self.fingerprint = json.dumps([name, gains], sort_keys=True)
-        """Same for the same policy: finished batches are found by it."""
 
     def attach(self, env: SpacecraftFTCVectorEnv) -> VectorEnv[Any, Any, Any]:
         """Build the baseline for the environment's craft."""
-        baseline = baselines.make(self._name, env.scenario, env.num_envs, **self._gains)
+        baseline = self._build(env.scenario, env.num_envs, **self._gains)
         self._policy = baseline.as_policy(env)
         return env
 
@@ -117,25 +124,27 @@ def resolve_policy(policy: Any) -> Contestant:
     Parameters
     ----------
     policy
-        A baseline's name, the path of an agent, an :class:`~ftac_gym.evaluation.agent.Agent`, or any object with
-        ``attach``, ``predict`` and ``tier``.
+        A baseline's name, a subclass of :class:`~ftac_gym.baselines.Baseline`, the path of an agent, an
+        :class:`~ftac_gym.evaluation.agent.Agent`, or any object with ``attach``, ``predict`` and ``tier``.
 
     Raises
     ------
     ValueError
-        If a name is neither a baseline nor an agent on disk.
+        If a name is neither a baseline nor an agent on disk, or the policy is of no known kind.
     """
+    if isinstance(policy, type) and issubclass(policy, baselines.Baseline):
+        return BaselineContestant(policy)
     if not isinstance(policy, str):
+        known = all(hasattr(policy, name) for name in ("attach", "predict", "tier"))
+        require(known, "policy", "must be a name, a path, an Agent or a Baseline class (not an instance)", policy)
         return policy  # type: ignore[no-any-return]
     if policy in baselines.names():
         return BaselineContestant(policy)
     from ftac_gym.evaluation.agent import Agent
 
-    try:
-        return Agent.load(policy)
-    except ValueError:
-        known = baselines.names()
-        raise ValueError(f"policy must be one of {known} or the path of an agent, got {policy!r}") from None
+    names = baselines.names()
+    require(Path(policy).exists(), "policy", f"must be one of {names} or the path of an agent", policy)
+    return Agent.load(policy)
 
 
 def rollout(
@@ -168,6 +177,10 @@ def rollout(
     """
     task = scenarios.get(scenario) if isinstance(scenario, str) else scenario
     drawn = task.draw(seed, count) if episodes is None else episodes
+    drawn_from = Scenario.from_json(drawn.scenario_json)
+    for part in ("spacecraft", "reference"):
+        same = getattr(drawn_from, part) == getattr(task, part)
+        require(same, "episodes", f"must be drawn for the same {part} as {task.name}'s", drawn_from.name)
     contestant = resolve_policy(policy)
     # A tumbling craft is not taken out: everyone is judged over the whole episode.
     env = SpacecraftFTCVectorEnv(

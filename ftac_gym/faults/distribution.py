@@ -47,10 +47,12 @@ class FaultDistribution:
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
+        require(isinstance(self.kinds, (tuple, list)), "kinds", "must be a tuple of Fault objects", self.kinds)
         object.__setattr__(self, "kinds", tuple(self.kinds))
         require(len(self.kinds) > 0, "kinds", "must name at least one fault kind", self.kinds)
         for fault in self.kinds:
-            require(isinstance(fault, Fault), "kinds", "must hold Fault objects", fault)
+            concrete = isinstance(fault, Fault) and type(fault) is not Fault
+            require(concrete, "kinds", "must hold Fault objects of a concrete kind", fault)
             require(fault.wheel is None, "kinds", "must leave wheel=None: the distribution chooses it", fault)
         weights = self.weights if self.weights is not None else (1.0,) * len(self.kinds)
         require(len(weights) == len(self.kinds), "weights", f"must match the {len(self.kinds)} kinds", self.weights)
@@ -104,9 +106,11 @@ class FaultSchedule:
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
+        require(isinstance(self.faults, (tuple, list)), "faults", "must be a tuple of Fault objects", self.faults)
         object.__setattr__(self, "faults", tuple(self.faults))
         for fault in self.faults:
-            require(isinstance(fault, Fault), "faults", "must hold Fault objects", fault)
+            concrete = isinstance(fault, Fault) and type(fault) is not Fault
+            require(concrete, "faults", "must hold Fault objects of a concrete kind", fault)
             require(fault.wheel is not None, "faults", "must each name a wheel", fault)
 
     def check(self, wheels: int) -> None:

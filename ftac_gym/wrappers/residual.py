@@ -17,7 +17,7 @@ from ftac_gym import baselines
 from ftac_gym.attitude import angle_between
 from ftac_gym.baselines import Baseline, as_action
 from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, non_negative, require
+from ftac_gym.parameters import FloatArray, finite, non_negative, require
 
 Observation = npt.NDArray[np.float32]
 
@@ -39,7 +39,7 @@ class _Base:
         inner = env.unwrapped
         known = callable(getattr(inner, "measurement", None))
         require(known, "env", "must be an environment of ftac_gym", env)
-        require(0.0 < authority <= 2.0, "authority", "must be above 0 and at most 2", authority)
+        require(0.0 < finite(authority, "authority") <= 2.0, "authority", "must be above 0 and at most 2", authority)
         self._full_authority = authority
         self._fade = fade
         self._authority = np.full((num_craft, 1), authority)

@@ -23,7 +23,7 @@ from ftac_gym.evaluation.metrics import UNITS
 SCRIPTS = Path(__file__).parents[2] / "train"
 SHORT = scenarios.get("flagship").replace(duration=3.0)
 # 8 craft and rollouts of 32 steps: 256 steps to a rollout.
-TINY = ("--critic-warmup", "0", 
+TINY = ("--critic-warmup", "0",
     "--num-envs", "8", "--ppo.n-steps", "32", "--ppo.batch-size", "128", "--checkpoint-every", "512",
     "--evaluate-every", "100000000", "--torch-threads", "1",
 )  # fmt: skip

@@ -72,6 +72,7 @@ class PD(Baseline):
         self._rate_gain = positive(rate_gain, "rate_gain")
         require(position_gain < rate_gain, "position_gain", f"must be below rate_gain = {rate_gain!r}", position_gain)
         self._braking_share = positive(braking_share, "braking_share")
+        require(braking_share <= 1.0, "braking_share", "must not exceed 1", braking_share)
         self._rate_limit = positive(rate_limit, "rate_limit")
         wheels = scenario.spacecraft.wheels
         self._torque_limits = wheels.torque_limits
