@@ -104,7 +104,12 @@ def run(config: Config, scenario: Scenario, episodes: Episodes, folder: Path, co
 
 def number(value: Estimate) -> str:
     """Format an estimate with its interval."""
-    return f"{value.value:.3g} [{value.low:.3g}, {value.high:.3g}]" if value.count else "-"
+    if not value.count:
+        return "-"
+    point, low, high = (
+        f"{item:.0f}" if abs(item) >= 1000.0 else f"{item:.3g}" for item in (value.value, value.low, value.high)
+    )
+    return f"{point} [{low}, {high}]"
 
 
 def verdict(metric: str, difference: Estimate) -> str:
@@ -131,16 +136,13 @@ def class_table(evaluations: list[Evaluation], episodes: Episodes) -> list[list[
     """Return success and settling time by what is wrong, infeasible episodes apart."""
     classes = np.where(episodes.feasible, fault_classes(episodes), "infeasible")
     order = sorted(set(classes.tolist()), key=lambda name: (name == "infeasible", name != "healthy", name))
-    heading = [f"{item.policy}: {what}" for item in evaluations for what in ("success", "settling time [s]")]
-    cells = [["faults", "episodes", *heading]]
+    cells = [["faults", "episodes", *(item.policy for item in evaluations)]]
     for name in order:
         chosen = classes == name
         row = [name, str(int(chosen.sum()))]
         for item in evaluations:
-            row += [
-                f"{item.metrics['success'][chosen].mean():.2f}",
-                f"{np.median(item.metrics['settling_time'][chosen]):.1f}",
-            ]
+            success, settling = item.metrics["success"][chosen].mean(), item.metrics["settling_time"][chosen]
+            row.append(f"{success:.2f}, {np.median(settling):.1f} s")
         cells.append(row)
     return cells
 

@@ -165,16 +165,31 @@ def test_fingerprints_tell_policies_apart():
         ({"policy": BaselineContestant("pd", beauty=1.0)}, "gains of pd.*beauty"),
         ({"count": 0}, "count must be a positive integer, got 0"),
         ({"seed": -1}, "seed must be a non-negative integer, got -1"),
-        (
-            {"episodes": scenarios.get("flagship").replace(faults=None).draw(0, 1), "scenario": "flagship_tracking"},
-            None,
-        ),
+        ({"episodes": TRACKING.draw(0, 1)}, "episodes must be drawn for the same reference as flagship's"),
+        ({"policy": 3}, "policy must be a name, a path, an Agent or a Baseline class"),
     ],
 )
 def test_bad_arguments(arguments, message):
-    if message is None:  # episodes that fit are welcome, whichever scenario drew them
-        arguments["scenario"] = scenarios.get(arguments["scenario"]).replace(duration=0.2)
-        assert rollout(policy="pd", **arguments).attitude_error.shape == (3, 1)
-        return
     with pytest.raises(ValueError, match=message):
         rollout(**{"scenario": SHORT, "policy": "pd", **arguments})
+
+
+def test_episodes_that_fit_are_welcome_whichever_scenario_drew_them():
+    episodes = SHORT.replace(faults=None).draw(0, 2)
+    assert rollout(SHORT.replace(duration=0.2), "pd", episodes).attitude_error.shape == (3, 2)
+
+
+class Brake(baselines.Baseline):
+    """A law of one's own."""
+
+    def act(self, measurement):
+        wheels = self.scenario.spacecraft.wheels
+        return (-20.0 * measurement.rate @ wheels.axis_matrix).clip(-wheels.torque_limits, wheels.torque_limits)
+
+
+def test_a_law_of_ones_own_flies():
+    history = rollout(SHORT.replace(faults=None), Brake, seed=3, count=4)
+    speed = np.linalg.norm(history.rate, axis=2)
+    assert (speed[-1] < 0.1 * speed[0]).all()
+    with pytest.raises(ValueError, match="not an instance"):
+        rollout(SHORT, Brake(SHORT, 4), seed=3, count=4)

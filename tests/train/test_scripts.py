@@ -54,7 +54,7 @@ def whole(tmp_path_factory):
     arguments = ("--run-folder", "run", "--total-steps", 2048, *TINY, "--evaluate-every", 1024)
     result = run("train.py", *arguments, "--evaluation-episodes", 2, folder=folder)
     assert result.returncode == 0, result.stderr
-    assert "agent saved in run/agent" in result.stdout
+    assert "is in run/agent" in result.stdout
     return folder / "run"
 
 
@@ -94,7 +94,7 @@ def test_a_run_writes_checkpoints_and_an_agent(whole):
     parts = ["card.json", "model.zip", "normalizer.pkl"]
     assert files_of(whole / "agent") == parts
     checkpoints = whole / "checkpoints"
-    assert files_of(checkpoints) == [f"{steps:010d}" for steps in (512, 1024, 1536)]
+    assert files_of(checkpoints) == [f"{steps:010d}" for steps in (512, 1024, 1536, 2048)]
     assert all(files_of(path) == parts for path in checkpoints.iterdir())
     config = json.loads((whole / "config.json").read_text())
     assert config["num_envs"] == 8 and config["ppo"]["n_steps"] == 32
@@ -104,7 +104,7 @@ def test_a_run_writes_checkpoints_and_an_agent(whole):
 def test_evaluations_along_the_way(whole):
     with (whole / "evaluations.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert [int(row["steps"]) for row in rows] == [1024]
+    assert [int(row["steps"]) for row in rows] == [1024, 2048]
     assert set(rows[0]) >= {"steps", *UNITS}
     metrics = rollout("flagship", str(whole / "checkpoints" / "0000001024"), seed=900_000, count=2).metrics()
     assert float(rows[0]["return"]) == pytest.approx(np.median(metrics["return"]), rel=1e-4)
@@ -113,7 +113,7 @@ def test_evaluations_along_the_way(whole):
 def test_the_card_says_how_the_agent_was_made(whole):
     card = json.loads((whole / "agent" / "card.json").read_text())
     assert card["steps"] == 2048 and card["environment"] == "SpacecraftFTC-v0" and card["seed"] == 0
-    assert card["interface"].items() >= {"observation": "attitude", "base": "pd_dob", "gains": {}}.items()
+    assert card["interface"].items() >= {"observation": "attitude", "base": "pd_dob"}.items()
     for words in ("--num-envs 8", "--total-steps 2048", "--ppo.n-steps 32", "--ppo.batch-size 128"):
         assert words in card["command"]
     assert json.loads((whole / "checkpoints" / "0000000512" / "card.json").read_text())["steps"] == 512
@@ -207,7 +207,7 @@ def test_what_is_no_agent(tmp_path, whole):
     with pytest.raises(ValueError, match=r"policy must be one of .* or the path of an agent"):
         rollout(SHORT, str(tmp_path / "missing"))
     env = gym.make_vec("SpacecraftFTC-v0", num_envs=2, observation="oracle")
-    with pytest.raises(ValueError, match="agent must fit the environment's observation"):
+    with pytest.raises(ValueError, match="agent must have been trained on the environment's observation"):
         Agent.load(whole / "agent").attach(env)
 
 
@@ -265,5 +265,5 @@ def test_evaluate_refuses_before_any_work(policies, reference, message, tmp_path
 
 def test_evaluate_refuses_an_unknown_scenario(tmp_path):
     evaluation = module_of("evaluate")
-    with pytest.raises(ValueError, match=r"scenario must be one of .*'nowhere'"):
+    with pytest.raises(SystemExit, match=r"--scenario: 'nowhere' is none of .*'flagship'"):
         evaluation.main(evaluation.Config(policies=("pd",), reference="pd", scenario="nowhere", output=tmp_path))

@@ -190,7 +190,7 @@ def test_gains_reach_the_base():
         ({"base": "lqr"}, "baseline must be one of .*'lqr'"),
         ({"authority": 0.0}, "authority must be above 0 and at most 2, got 0.0"),
         ({"authority": 2.1}, "authority must be above 0 and at most 2"),
-        ({"authority": float("nan")}, "authority must be above 0 and at most 2, got nan"),
+        ({"authority": float("nan")}, "authority must be finite, got nan"),
         ({"fade_angle": -0.1}, "fade_angle must not be negative"),
         ({"fade_angle": 0.1, "fade_floor": 1.5}, r"fade_floor must be within \[0, 1\], got 1.5"),
         ({"rate_gain": -1.0}, "rate_gain must be positive"),
