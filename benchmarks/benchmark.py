@@ -243,13 +243,12 @@ def measure_start(config: Config) -> None:
         warm = min(float(run_fresh(first, NUMBA_CACHE_DIR=cache)) for _ in range(config.repeats))
     print(f"    from start to first step: {cold:.1f} s cold, {warm:.2f} s warm; aims 25 s, 1.5 s")
     memory = (
-        "import resource; import gymnasium as gym, ftac_gym, numpy as np;"
-        "from ftac_gym.envs import SpacecraftFTCVectorEnv; small = gym.make_vec('SpacecraftFTC-v0', num_envs=1);"
-        "small.reset(seed=0); small.step(np.zeros((1, 4)));"
-        "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss;"
+        "import tracemalloc; import gymnasium as gym, ftac_gym, numpy as np;"
+        "small = gym.make_vec('SpacecraftFTC-v0', num_envs=1); small.reset(seed=0); small.step(np.zeros((1, 4)));"
+        "tracemalloc.start();"
         "env = gym.make_vec('SpacecraftFTC-v0', num_envs=4096); env.reset(seed=0);"
         "[env.step(np.zeros((4096, 4))) for _ in range(50)];"
-        "print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024)"
+        "print(tracemalloc.get_traced_memory()[1] / 2**20)"
     )
     print(f"    memory of 4,096 craft above the interpreter: {float(run_fresh(memory)):.0f} MB; aim 300")
 

@@ -85,6 +85,7 @@ class Core:
         self._counter = np.zeros(num_craft, dtype=np.int64)
         wheels = len(self.torque_limits)
         self._action_shape = (num_craft, wheels)
+        self._limits = np.tile(self.torque_limits, (num_craft, 1))
         layout = self.observer.layout
         self.observation_space = spaces.Box(layout.low, layout.high, dtype=np.float32)
         self.action_space = spaces.Box(-1.0, 1.0, (wheels,), dtype=np.float32)
@@ -117,7 +118,7 @@ class Core:
 
         Returns
         -------
-        Fresh observation (N, size), reward terms (N, terms), terminated (N,), truncated (N,).
+        Fresh observation (N, size), reward terms (terms, N), terminated (N,), truncated (N,).
 
         Raises
         ------
@@ -133,7 +134,7 @@ class Core:
         command = simulator.last_command
         np.minimum(fraction, 1.0, out=command)
         np.maximum(command, -1.0, out=command)
-        np.multiply(command, self.torque_limits, out=command)
+        np.multiply(command, self._limits, out=command)
         simulator.advance()
         observation = np.empty((len(self.all_craft), self.observer.layout.size), dtype=np.float32)
         self.observer.observe(self.all_craft, observation)

@@ -61,10 +61,10 @@ class Reward:
 
         Returns
         -------
-        Terms (N, terms) and whether each craft tumbles (N,); zero at the start of an episode and for other craft.
+        Terms (terms, N) and whether each craft tumbles (N,); zero at the start of an episode and for other craft.
         """
         simulator = self._simulator
-        terms = np.zeros((simulator.num_craft, len(TERMS)))
+        terms = np.zeros((len(TERMS), simulator.num_craft))
         tumbling = np.zeros(simulator.num_craft, dtype=np.bool_)
         _reward(
             craft, simulator.ticks, simulator.state.attitude, simulator.state.rate, simulator.last_command,
@@ -147,12 +147,12 @@ def _reward(
             on_target[i] = 0
         else:
             on_target[i] = on_target[i] + 1 if good else 0
-            terms[i, 0] = weights[0] * (angle[i] - theta)
-            terms[i, 1] = -weights[1] * math.log10(1.0 + 5.0 * theta / cone)
-            terms[i, 2] = -weights[2] * slip * slip
-            terms[i, 3] = -weights[3] * effort
-            terms[i, 4] = -weights[4] * change
-            terms[i, 5] = weights[5] if good else 0.0
-            terms[i, 6] = -weights[6] if tumbling[i] else 0.0
+            terms[0, i] = weights[0] * (angle[i] - theta)
+            terms[1, i] = -weights[1] * math.log10(1.0 + 5.0 * theta / cone)
+            terms[2, i] = -weights[2] * slip * slip
+            terms[3, i] = -weights[3] * effort
+            terms[4, i] = -weights[4] * change
+            terms[5, i] = weights[5] if good else 0.0
+            terms[6, i] = -weights[6] if tumbling[i] else 0.0
         angle[i] = theta
         rate_error[i] = slip

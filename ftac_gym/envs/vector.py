@@ -177,20 +177,20 @@ class SpacecraftFTCVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArra
             restarted = np.flatnonzero(self._ended)
             self.core.reset(restarted, observation, None)
             stepped[restarted] = False
-            terms[restarted] = 0.0
+            terms[:, restarted] = 0.0
             terminated[restarted] = False
             truncated[restarted] = False
         self._ended = terminated | truncated
         facts = self.core.facts()
         infos: dict[str, Any] = {}
         finished = np.flatnonzero(self._ended)
-        reward_terms = _masked(dict(zip(TERMS, terms.T.copy(), strict=True)), stepped)
+        reward_terms = _masked(dict(zip(TERMS, terms, strict=True)), stepped)
         if self.autoreset_mode is AutoresetMode.SAME_STEP and finished.size:
             mask = self._ended
             final_observation = np.full(self.num_envs, None, dtype=object)
             for craft in finished:
                 final_observation[craft] = observation[craft].copy()
-            final_terms = {name: np.where(mask, values, 0.0) for name, values in zip(TERMS, terms.T, strict=True)}
+            final_terms = {name: np.where(mask, values, 0.0) for name, values in zip(TERMS, terms, strict=True)}
             final_facts = {name: np.where(mask, values, values.dtype.type(0)) for name, values in facts.items()}
             final_info = _masked(final_facts, mask)
             final_info.update({"reward_terms": _masked(final_terms, mask), "_reward_terms": mask.copy()})
@@ -200,13 +200,13 @@ class SpacecraftFTCVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArra
             self.core.reset(finished, observation, None)
             facts = self.core.facts()
             stepped[finished] = False
-            kept = {name: np.where(mask, 0.0, values) for name, values in zip(TERMS, terms.T, strict=True)}
+            kept = {name: np.where(mask, 0.0, values) for name, values in zip(TERMS, terms, strict=True)}
             reward_terms = _masked(kept, stepped)
         infos.update(_masked(facts, np.ones(self.num_envs, dtype=np.bool_)))
         if stepped.any():
             infos.update({"reward_terms": reward_terms, "_reward_terms": stepped})
         self._observation = observation
-        return observation.copy(), terms.sum(axis=1), terminated, truncated, infos
+        return observation.copy(), terms.sum(axis=0), terminated, truncated, infos
 
     def _reset_mask(self, options: dict[str, Any] | None) -> BoolArray:
         mask = (options or {}).get("reset_mask")
