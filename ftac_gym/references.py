@@ -89,39 +89,9 @@ class SetPoints:
         return reference, points
 
 
-def _draw_sinusoid(
-    kind: ReferenceKind, profile: MRPSinusoid | RateProfile, uniform: FloatArray, start: Vector
-) -> tuple[npt.NDArray[np.void], npt.NDArray[np.void]]:
-    reference = np.zeros(len(uniform), REFERENCE)
-    reference["kind"] = kind
-    reference["attitude"] = start
-    for index, name in enumerate(("constant", "amplitude", "frequency", "phase")):
-        reference[name] = draw_axes(getattr(profile, name), uniform[:, 3 * index : 3 * index + 3])
-    points = np.zeros((len(uniform), 1), SET_POINT)
-    points["attitude"] = start
-    return reference, points
-
-
-def _check_sinusoid(profile: MRPSinusoid | RateProfile) -> None:
-    for name in ("constant", "amplitude", "frequency", "phase"):
-        object.__setattr__(profile, name, intervals(getattr(profile, name), name))
-
-
 @dataclass(frozen=True)
-class MRPSinusoid:
-    """Modified Rodrigues parameters sigma_d = constant + amplitude sin(frequency t + phase), axis by axis.
-
-    Rates and accelerations are exact: w_d = G^-1 sigma_d', w_d' = G^-1 (sigma_d'' - G' w_d).
-
-    Parameters
-    ----------
-    constant, amplitude
-        Dimensionless, per component.
-    frequency
-        [rad/s], per component.
-    phase
-        [rad], per component.
-    """
+class _Sinusoid:
+    """Three components, each constant + amplitude sin(frequency t + phase)."""
 
     amplitude: Intervals
     frequency: Intervals
@@ -130,7 +100,8 @@ class MRPSinusoid:
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
-        _check_sinusoid(self)
+        for name in ("constant", "amplitude", "frequency", "phase"):
+            object.__setattr__(self, name, intervals(getattr(self, name), name))
 
     @property
     def moving(self) -> bool:
@@ -142,20 +113,49 @@ class MRPSinusoid:
         """How many uniform deviates one episode needs."""
         return 12
 
-    def draw(self, uniform: FloatArray) -> tuple[npt.NDArray[np.void], npt.NDArray[np.void]]:
-        """Fill the records of N craft."""
-        return _draw_sinusoid(ReferenceKind.MRP_SINUSOID, self, uniform, IDENTITY)
+    def _fill(
+        self, kind: ReferenceKind, uniform: FloatArray, start: Vector
+    ) -> tuple[npt.NDArray[np.void], npt.NDArray[np.void]]:
+        reference = np.zeros(len(uniform), REFERENCE)
+        reference["kind"] = kind
+        reference["attitude"] = start
+        for index, name in enumerate(("constant", "amplitude", "frequency", "phase")):
+            reference[name] = draw_axes(getattr(self, name), uniform[:, 3 * index : 3 * index + 3])
+        points = np.zeros((len(uniform), 1), SET_POINT)
+        points["attitude"] = start
+        return reference, points
 
 
 @dataclass(frozen=True)
-class RateProfile:
+class MRPSinusoid(_Sinusoid):
+    """Modified Rodrigues parameters sigma_d = constant + amplitude sin(frequency t + phase), axis by axis.
+
+    Rates and accelerations are exact: w_d = G^-1 sigma_d', w_d' = G^-1 (sigma_d'' - G' w_d).
+
+    Parameters
+    ----------
+    amplitude, constant
+        Dimensionless, per component.
+    frequency
+        [rad/s], per component.
+    phase
+        [rad], per component.
+    """
+
+    def draw(self, uniform: FloatArray) -> tuple[npt.NDArray[np.void], npt.NDArray[np.void]]:
+        """Fill the records of N craft."""
+        return self._fill(ReferenceKind.MRP_SINUSOID, uniform, IDENTITY)
+
+
+@dataclass(frozen=True)
+class RateProfile(_Sinusoid):
     """Reference rate w_d = constant + amplitude sin(frequency t + phase) in the reference frame's own axes.
 
     The reference attitude is integrated from ``attitude`` with the plant's step and method (Ma et al. 2023).
 
     Parameters
     ----------
-    constant, amplitude
+    amplitude, constant
         [rad/s], per axis.
     frequency
         [rad/s], per axis.
@@ -165,30 +165,16 @@ class RateProfile:
         Reference attitude at time zero.
     """
 
-    amplitude: Intervals
-    frequency: Intervals
-    constant: Intervals = (0.0, 0.0, 0.0)
-    phase: Intervals = (0.0, 0.0, 0.0)
     attitude: Vector = IDENTITY
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
-        _check_sinusoid(self)
+        super().__post_init__()
         object.__setattr__(self, "attitude", unit_quaternion(self.attitude, "attitude"))
-
-    @property
-    def moving(self) -> bool:
-        """Whether the reference has a rate."""
-        return True
-
-    @property
-    def uniform_count(self) -> int:
-        """How many uniform deviates one episode needs."""
-        return 12
 
     def draw(self, uniform: FloatArray) -> tuple[npt.NDArray[np.void], npt.NDArray[np.void]]:
         """Fill the records of N craft."""
-        return _draw_sinusoid(ReferenceKind.RATE_PROFILE, self, uniform, self.attitude)
+        return self._fill(ReferenceKind.RATE_PROFILE, uniform, self.attitude)
 
 
 def fixed_attitude(attitude: Vector = IDENTITY) -> SetPoints:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
+from gymnasium.envs.registration import EnvSpec
 
 from ftac_gym import scenarios
 from ftac_gym.dynamics import Simulator
@@ -18,6 +19,7 @@ from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, require
 from ftac_gym.randomness import keys_from_seeds
 from ftac_gym.scenario import Scenario, draw_from_keys
+from ftac_gym.serialization import to_plain
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -155,6 +157,38 @@ class Core:
             "is_success": self.reward.success,
             "feasible": self.simulator.feasible.copy(),
         }
+
+
+class CoreAccess:
+    """What the single and the vector environment show of their core."""
+
+    core: Core
+    _spec: EnvSpec | None = None
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """The specification that makes this environment again; scenarios and their parts are kept as plain data."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, value: EnvSpec | None) -> None:
+        if value is not None:
+            value.kwargs = {name: to_plain(item) for name, item in value.kwargs.items()}
+        self._spec = value
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario."""
+        return self.core.scenario
+
+    @property
+    def observation_slices(self) -> dict[str, slice]:
+        """Where each named part of a craft's observation lies."""
+        return dict(self.core.observer.layout.slices)
+
+    def measurement(self) -> Measurement:
+        """Return what the craft measure now, always with the craft on the first axis: the input of baselines."""
+        return self.core.measurement()
 
 
 def requested_episodes(options: Mapping[str, Any] | None, known: tuple[str, ...]) -> Episodes | None:

@@ -9,18 +9,15 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
-from gymnasium.envs.registration import EnvSpec
 
-from ftac_gym.envs.core import Core, check_render_mode, requested_episodes, resolve_scenario
+from ftac_gym.envs.core import Core, CoreAccess, check_render_mode, requested_episodes, resolve_scenario
 from ftac_gym.envs.reward import TERMS
-from ftac_gym.measurement import Measurement
 from ftac_gym.scenario import Scenario
-from ftac_gym.serialization import to_plain
 
 Observation = npt.NDArray[np.float32]
 
 
-class SpacecraftFTCEnv(gym.Env[Observation, npt.NDArray[Any]]):
+class SpacecraftFTCEnv(CoreAccess, gym.Env[Observation, npt.NDArray[Any]]):
     """Point a spacecraft while its reaction wheels fail in hidden ways.
 
     ## Description
@@ -82,8 +79,6 @@ class SpacecraftFTCEnv(gym.Env[Observation, npt.NDArray[Any]]):
         If a name is unknown or a value breaks a rule.
     """
 
-    _spec: EnvSpec | None = None
-
     metadata = {"render_modes": []}  # noqa: RUF012  Gymnasium defines it so
 
     def __init__(
@@ -100,31 +95,6 @@ class SpacecraftFTCEnv(gym.Env[Observation, npt.NDArray[Any]]):
         self.observation_space = self.core.observation_space
         self.action_space = self.core.action_space
         self._seeded = False
-
-    @property
-    def spec(self) -> EnvSpec | None:
-        """The specification that makes this environment again; scenarios and their parts are kept as plain data."""
-        return self._spec
-
-    @spec.setter
-    def spec(self, value: EnvSpec | None) -> None:
-        if value is not None:
-            value.kwargs = {name: to_plain(item) for name, item in value.kwargs.items()}
-        self._spec = value
-
-    @property
-    def scenario(self) -> Scenario:
-        """The scenario."""
-        return self.core.scenario
-
-    @property
-    def observation_slices(self) -> dict[str, slice]:
-        """Where each named part of the observation lies."""
-        return dict(self.core.observer.layout.slices)
-
-    def measurement(self) -> Measurement:
-        """Return what the craft measures now, with a leading axis of 1: the input of baselines."""
-        return self.core.measurement()
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

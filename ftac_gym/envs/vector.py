@@ -8,21 +8,19 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
-from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from ftac_gym.envs.core import BoolArray, Core, check_render_mode, requested_episodes, resolve_scenario
+from ftac_gym.envs.core import BoolArray, Core, CoreAccess, check_render_mode, requested_episodes, resolve_scenario
 from ftac_gym.envs.reward import TERMS
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, require
 from ftac_gym.scenario import Scenario
-from ftac_gym.serialization import to_plain
 
 Observation = npt.NDArray[np.float32]
 
 
-class SpacecraftFTCVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
+class SpacecraftFTCVectorEnv(CoreAccess, VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
     """N craft that step together; element by element the same as N of :class:`SpacecraftFTCEnv`.
 
     Craft ``i`` of ``reset(seed=s)`` is the single environment after ``reset(seed=s + i)``. Spaces, rewards and info
@@ -47,8 +45,6 @@ class SpacecraftFTCVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArra
     ValueError
         If a name is unknown or a value breaks a rule.
     """
-
-    _spec: EnvSpec | None = None
 
     metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
 
@@ -88,31 +84,6 @@ class SpacecraftFTCVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArra
         self._ended = np.zeros(self.num_envs, dtype=np.bool_)
         self.final_measurement: Measurement | None = None
         """Same-step mode: what the craft measured just before the latest automatic reset."""
-
-    @property
-    def spec(self) -> EnvSpec | None:
-        """The specification that makes this environment again; scenarios and their parts are kept as plain data."""
-        return self._spec
-
-    @spec.setter
-    def spec(self, value: EnvSpec | None) -> None:
-        if value is not None:
-            value.kwargs = {name: to_plain(item) for name, item in value.kwargs.items()}
-        self._spec = value
-
-    @property
-    def scenario(self) -> Scenario:
-        """The scenario."""
-        return self.core.scenario
-
-    @property
-    def observation_slices(self) -> dict[str, slice]:
-        """Where each named part of a craft's observation lies."""
-        return dict(self.core.observer.layout.slices)
-
-    def measurement(self) -> Measurement:
-        """Return what the craft measure now: the input of baselines."""
-        return self.core.measurement()
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
