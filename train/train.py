@@ -28,6 +28,7 @@ import torch
 import tyro
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback, CallbackList, ProgressBarCallback
+from stable_baselines3.common.utils import LinearSchedule
 from stable_baselines3.common.vec_env import VecNormalize
 
 import ftac_gym
@@ -297,7 +298,7 @@ def main(config: Config) -> None:
     torch.set_num_threads(config.torch_threads)
     folder = config.run_folder
     rate = config.ppo.learning_rate
-    schedule: Any = (lambda remaining: rate * remaining) if config.anneal else rate
+    schedule: Any = LinearSchedule(rate, 0.0, 1.0) if config.anneal else rate
     settings = {**dataclasses.asdict(config.ppo), "learning_rate": schedule}
     if config.resume:
         checkpoint = checkpoints(folder)[-1]
