@@ -120,7 +120,7 @@ def verdict(metric: str, difference: Estimate) -> str:
     return f"{number(difference)} {'better' if better else 'worse'}"
 
 
-def tables(rows: list[Row], reference: str, title: str) -> tuple[list[list[str]], list[list[str]]]:
+def tables(rows: list[Row], reference: str) -> tuple[list[list[str]], list[list[str]]]:
     """Return the cells of the table of estimates and of the table of paired differences, headings first."""
     heading = [f"{metric.replace('_', ' ')} [{UNITS[metric]}]" for metric in TABLE_METRICS]
     estimates = [["policy", *heading]]
@@ -216,7 +216,7 @@ def main(config: Config) -> None:
     evaluations = run(config, scenario, episodes, folder, console)
     console.print("bootstrap intervals ...")
     rows = compare(evaluations, config.reference, feasible)
-    estimates, differences = tables(rows, config.reference, drawn)
+    estimates, differences = tables(rows, config.reference)
     by_class = class_table(evaluations, episodes)
     wide = Console(width=max(console.width, 120))
     show(wide, estimates, "feasible episodes: mean of success, interquartile mean of the rest, 95 % intervals")

@@ -16,6 +16,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import json
+import math
 import re
 import shutil
 import subprocess
@@ -196,7 +197,8 @@ class Keeper(BaseCallback):
         config, steps = self._config, self.model.num_timesteps
         self._next_checkpoint = (steps // config.checkpoint_every + 1) * config.checkpoint_every
         self._next_evaluation = (steps // config.evaluate_every + 1) * config.evaluate_every
-        self._best = max((row["mean_return"] for row in evaluations(config.run_folder)), default=-float("inf"))
+        known = (row["mean_return"] for row in evaluations(config.run_folder))
+        self._best = max((value for value in known if not math.isnan(value)), default=-float("inf"))
 
     def _on_rollout_start(self) -> None:
         config, steps = self._config, self.model.num_timesteps
@@ -236,8 +238,9 @@ class Keeper(BaseCallback):
         for name, value in row.items():
             if name != "steps":
                 self.logger.record(f"evaluation/{name}", value)
-        if row["mean_return"] > self._best:
-            self._best = row["mean_return"]
+        # The first agent is kept whatever it is worth, even if no evaluation episode was feasible.
+        if row["mean_return"] > self._best or not (config.run_folder / "agent").exists():
+            self._best = max(self._best, row["mean_return"])
             save_agent(config.run_folder / "agent", self._ppo, config)
         path = config.run_folder / "evaluations.csv"
         new = not path.exists()

@@ -64,10 +64,6 @@ class FaultDistribution:
         worst = len(self.faulty_wheels) - 1
         require(worst <= wheels, "faulty_wheels", f"must not exceed the {wheels} wheels of the craft", worst)
 
-    def layers(self, wheels: int) -> int:
-        """How many faults one wheel can have at most."""
-        return 1
-
     def uniform_count(self, wheels: int) -> int:
         """How many uniform deviates one episode needs."""
         return 1 + wheels + (len(self.faulty_wheels) - 1) * (1 + UNIFORMS_PER_FAULT)
