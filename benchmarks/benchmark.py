@@ -26,7 +26,7 @@ from gymnasium import spaces
 import ftac_gym  # noqa: F401  registers the environments
 from ftac_gym import baselines, scenarios
 from ftac_gym.dynamics import Simulator
-from ftac_gym.dynamics.kernels import advance
+from ftac_gym.dynamics.plant import advance
 
 
 @dataclass(frozen=True)
@@ -67,14 +67,7 @@ def alternating(simulator: Simulator) -> Callable[[], None]:
 
 def plant_call(simulator: Simulator) -> Callable[[], None]:
     """Return the compiled plant alone: no measurement, no Python around it."""
-    tables = simulator._drawn()
-    arguments = (
-        0, simulator.num_craft, simulator.state.attitude, simulator.state.rate, simulator.state.wheel_momentum,
-        simulator.state.wheel_torque, simulator.ticks, simulator.last_command, simulator._axes,
-        simulator._torque_limits, simulator._momentum_limits, simulator._coupled, tables["inertia"],
-        simulator._rate_torque, tables["faults"], tables["disturbance"], tables["harmonics"], simulator._step,
-        simulator._substeps,
-    )  # fmt: skip
+    arguments = (0, simulator.num_craft, *simulator.plant_arguments())
 
     def call() -> None:
         np.negative(simulator.last_command, out=simulator.last_command)

@@ -85,8 +85,10 @@ class Disturbance:
         """How many uniform deviates one episode needs."""
         return 3 + 7 * len(self.harmonics)
 
-    def draw(self, uniform: FloatArray) -> tuple[npt.NDArray[np.void], npt.NDArray[np.void]]:
-        """Draw N torques from uniform deviates (N, uniform_count).
+    def draw(
+        self, uniform: FloatArray, inertia: FloatArray | None = None
+    ) -> tuple[npt.NDArray[np.void], npt.NDArray[np.void]]:
+        """Draw N torques from uniform deviates (N, uniform_count); they do not depend on the inertia.
 
         Returns
         -------

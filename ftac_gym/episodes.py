@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ftac_gym.faults import DrawnFaults
+
 RecordArray = npt.NDArray[np.void]
 Selection = int | slice | npt.NDArray[Any]
 
@@ -35,6 +37,10 @@ class Episodes:
         INERTIA records (N,).
     faults
         FAULT records (N, wheels, layers).
+    sensor_faults
+        SENSOR_FAULT records (N, faults).
+    switches
+        (N, chains, FLIPS) times at which random chains of faults flip [s].
     disturbance
         DISTURBANCE records (N,).
     harmonics
@@ -55,6 +61,8 @@ class Episodes:
     initial: RecordArray
     inertia: RecordArray
     faults: RecordArray
+    sensor_faults: RecordArray
+    switches: npt.NDArray[np.float64]
     disturbance: RecordArray
     harmonics: RecordArray
     sensors: RecordArray
@@ -75,16 +83,34 @@ class Episodes:
             selection = slice(position, position + 1)
         return Episodes(self.scenario_json, *(array[selection] for array in self.arrays().values()))
 
+    @property
+    def drawn_faults(self) -> DrawnFaults:
+        """The tables of all faults."""
+        return DrawnFaults(self.faults, self.sensor_faults, self.switches)
+
+    @property
+    def first_onset(self) -> npt.NDArray[np.float64]:
+        """(N,) when the first fault starts [s], infinite if there is none."""
+        wheels, sensors = self.faults, self.sensor_faults
+        first = np.where(wheels["kind"] > 0, wheels["onset"], np.inf).min(axis=(1, 2), initial=np.inf)
+        other = np.where(sensors["kind"] > 0, sensors["onset"], np.inf).min(axis=1, initial=np.inf)
+        earliest: npt.NDArray[np.float64] = np.minimum(first, other)
+        return earliest
+
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
         """All arrays by name, in the order of the fields."""
         return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "scenario_json"}
 
     def digest(self) -> str:
-        """Return the SHA-256 of the scenario and of all numbers, in hexadecimal."""
+        """Return the SHA-256 of the scenario and of all numbers, in hexadecimal.
+
+        Numbers count to single precision: the same episodes drawn on another machine, whose sine may differ in the last
+        bit, have the same digest.
+        """
         state = hashlib.sha256(self.scenario_json.encode())
         for name, array in self.arrays().items():
             state.update(f"{name}{array.shape}{json.dumps(array.dtype.descr)}".encode())
-            state.update(np.ascontiguousarray(array).tobytes())
+            _hash_numbers(state, array)
         return state.hexdigest()
 
     def save(self, path: str | PathLike[str]) -> None:
@@ -110,3 +136,12 @@ class Episodes:
                 raise ValueError(f"{path} holds no episodes: it lacks {missing[0]!r}")
             values: dict[str, Any] = {name: data[name] for name in names}
         return cls(**{**values, "scenario_json": str(values["scenario_json"])})
+
+
+def _hash_numbers(state: hashlib._Hash, array: npt.NDArray[Any]) -> None:
+    if array.dtype.names is not None:
+        for name in array.dtype.names:
+            _hash_numbers(state, array[name])
+    else:
+        single = array.astype(np.float32) if array.dtype.kind == "f" else array
+        state.update(np.ascontiguousarray(single).tobytes())

@@ -19,6 +19,7 @@ from ftac_gym.parameters import (
     interval,
     non_negative,
     require,
+    uniform_directions,
     unit_quaternion,
     vector,
 )
@@ -116,12 +117,12 @@ class InitialState:
             table["attitude"] = attitudes.random_quaternion_from_uniforms(uniform[:, 0:3])
         else:
             angle = draw(self.angle, uniform[:, 2])
-            rotation = angle[:, None] * _directions(uniform[:, 0:2])
+            rotation = angle[:, None] * uniform_directions(uniform[:, 0:2])
             table["attitude"] = attitudes.quaternion_from_rotation_vector(rotation)
         if self.rate is not None:
             table["rate"] = self.rate
         else:
-            table["rate"] = (self.max_rate * uniform[:, 3])[:, None] * _directions(uniform[:, 4:6])
+            table["rate"] = (self.max_rate * uniform[:, 3])[:, None] * uniform_directions(uniform[:, 4:6])
         if self.fixed_wheel_momentum is None:
             table["wheel_momentum"] = draw(self.wheel_momentum, uniform[:, 7:])
         else:
@@ -132,11 +133,3 @@ class InitialState:
         within = bool(np.all(largest <= momentum_limits))
         require(within, "wheel_momentum", f"must stay within the limits {momentum_limits}", largest.tolist())
         return table
-
-
-def _directions(uniform: FloatArray) -> FloatArray:
-    """Uniform unit vectors (N, 3) from uniform deviates (N, 2)."""
-    height = 2.0 * uniform[:, 0] - 1.0
-    radius = np.sqrt(1.0 - height * height)
-    longitude = 2.0 * np.pi * uniform[:, 1]
-    return np.stack([radius * np.cos(longitude), radius * np.sin(longitude), height], axis=1)

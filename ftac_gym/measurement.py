@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+import numpy.typing as npt
+
 from ftac_gym.parameters import FloatArray
 
 
@@ -16,13 +19,16 @@ class Measurement:
     time
         (N,) time since the start of the episode [s].
     attitude
-        (N, 4) measured quaternion, body relative to inertial, scalar first.
+        (N, 4) measured quaternion, body relative to inertial, scalar first; while the star tracker is out, the last
+        one, carried forward with the gyros.
     rate
         (N, 3) measured body rate in body axes [rad/s].
     wheel_momentum
         (N, m) wheel momenta from the tachometers [N m s]; only the telemetry tier may use it.
     last_command
         (N, m) wheel torques commanded in the period that has just ended, within the limits [N m]; zero at the start.
+    star_tracker_valid
+        (N,) whether the star tracker delivers; only the telemetry tier may use it.
     reference_attitude
         (N, 4) commanded quaternion.
     reference_rate
@@ -36,6 +42,7 @@ class Measurement:
     rate: FloatArray
     wheel_momentum: FloatArray
     last_command: FloatArray
+    star_tracker_valid: npt.NDArray[np.bool_]
     reference_attitude: FloatArray
     reference_rate: FloatArray
     reference_acceleration: FloatArray

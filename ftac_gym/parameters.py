@@ -117,3 +117,11 @@ def draw_axes(values: Intervals, uniform: FloatArray) -> FloatArray:
     low, high = np.array([bounds(value) for value in values]).T
     drawn: FloatArray = low + (high - low) * uniform
     return drawn
+
+
+def uniform_directions(uniform: FloatArray) -> FloatArray:
+    """Return unit vectors (N, 3), uniform on the sphere, from uniform deviates (N, 2)."""
+    height = 2.0 * uniform[:, 0] - 1.0
+    radius = np.sqrt(1.0 - height * height)
+    longitude = 2.0 * np.pi * uniform[:, 1]
+    return np.stack([radius * np.cos(longitude), radius * np.sin(longitude), height], axis=1)

@@ -42,6 +42,7 @@ class Purpose(IntEnum):
     SENSORS = 5
     REFERENCE = 6
     NOISE = 7
+    SWITCHING = 8
 
 
 def keys_from_seeds(seeds: Iterable[int]) -> KeyArray:

@@ -13,26 +13,22 @@ from typing import Any
 import numpy as np
 
 from ftac_gym import feasibility
+from ftac_gym.attitude import quaternion_error, rotation_vector_from_quaternion
 from ftac_gym.disturbances import DISTURBANCE, HARMONIC, Disturbance, Harmonic
 from ftac_gym.episodes import Episodes, RecordArray
-from ftac_gym.faults import (
-    Bias,
-    FaultDistribution,
-    FaultSchedule,
-    HardOver,
-    LockInPlace,
-    LossOfEffectiveness,
-    Outage,
-    no_faults,
-)
+from ftac_gym.faults import KINDS, FaultDistribution, FaultSchedule
+from ftac_gym.faults.table import FLIPS, healthy
+from ftac_gym.friction import Friction
 from ftac_gym.inertia import InertiaUncertainty, exact_inertia
 from ftac_gym.initial_state import InitialState
+from ftac_gym.low_orbit import LowOrbitTorque
 from ftac_gym.objective import RewardWeights, SuccessCriterion
 from ftac_gym.parameters import FloatArray, positive, require
 from ftac_gym.references import MRPSinusoid, RateProfile, Reference, SetPoints
 from ftac_gym.sensors import SENSOR, SensorErrors
 from ftac_gym.serialization import from_plain, to_plain
-from ftac_gym.spacecraft import Spacecraft, WheelArray
+from ftac_gym.spacecraft import Spacecraft
+from ftac_gym.wheels import WheelArray
 
 
 def _multiple(value: float, unit: float, name: str, unit_name: str) -> int:
@@ -88,7 +84,7 @@ class Scenario:
     initial_state: InitialState = field(default_factory=InitialState)
     reference: Reference = field(default_factory=SetPoints)
     faults: FaultDistribution | FaultSchedule | None = None
-    disturbance: Disturbance | None = None
+    disturbance: Disturbance | LowOrbitTorque | None = None
     sensors: SensorErrors | None = None
     inertia_uncertainty: InertiaUncertainty | None = None
     control_period: float = 0.1
@@ -113,7 +109,14 @@ class Scenario:
         if self.tumble_rate is not None:
             object.__setattr__(self, "tumble_rate", positive(self.tumble_rate, "tumble_rate"))
         if self.faults is not None:
-            self.faults.check(self.spacecraft.wheels.count)
+            self.faults.check(self.spacecraft.wheels)
+            for fault in self.faults.faults:
+                if fault.mean_acting is not None and fault.mean_resting is not None:
+                    # So many flips are drawn that a chain that flips half as often on average does not run out.
+                    shortest = 4.0 * self.duration / FLIPS
+                    mean = fault.mean_acting + fault.mean_resting
+                    rule = f"with mean_resting must add up to at least {shortest:.3g} s for this duration"
+                    require(mean >= shortest, "mean_acting", rule, fault.mean_acting)
 
     @property
     def substeps(self) -> int:
@@ -221,13 +224,15 @@ def draw_from_keys(scenario: Scenario, keys: np.ndarray, index: np.ndarray) -> E
     else:
         inertia = uncertainty.draw(craft.inertia_matrix, deviates(Purpose.INERTIA, uncertainty.uniform_count))
     if (source := scenario.faults) is None:
-        faults = no_faults(count, wheels.count)
+        faults = healthy(count, wheels.count)
     else:
-        faults = source.draw(deviates(Purpose.FAULTS, source.uniform_count(wheels.count)), wheels.torque_limits)
+        uniform = deviates(Purpose.FAULTS, source.uniform_count(wheels.count))
+        faults = source.draw(uniform, deviates(Purpose.SWITCHING, source.switching_count), wheels.torque_limits)
     if (torque := scenario.disturbance) is None:
         disturbance, harmonics = np.zeros(count, DISTURBANCE), np.zeros((count, 0), HARMONIC)
     else:
-        disturbance, harmonics = torque.draw(deviates(Purpose.DISTURBANCE, torque.uniform_count))
+        uniform = deviates(Purpose.DISTURBANCE, torque.uniform_count)
+        disturbance, harmonics = torque.draw(uniform, inertia["constant"])
     if (errors := scenario.sensors) is None:
         sensors: RecordArray = np.zeros(count, SENSOR)
     else:
@@ -235,22 +240,56 @@ def draw_from_keys(scenario: Scenario, keys: np.ndarray, index: np.ndarray) -> E
     command = scenario.reference
     reference, set_points = command.draw(deviates(Purpose.REFERENCE, command.uniform_count))
 
-    largest = np.abs(disturbance["constant"]) + np.hypot(harmonics["sine"], harmonics["cosine"]).sum(axis=1)
-    fastest = np.sum(initial["rate"] ** 2, axis=1) + disturbance["rate_offset"]
-    largest = largest * np.where(disturbance["rate_scaled"] > 0.5, fastest, 1.0)[:, None]
+    demand = _demand(scenario, initial, inertia, disturbance, harmonics, set_points)
     return Episodes(
         scenario_json=scenario.to_json(),
         key=keys,
         index=index,
         initial=initial,
         inertia=inertia,
-        faults=faults,
+        faults=faults.wheels,
+        sensor_faults=faults.sensors,
+        switches=faults.switches,
         disturbance=disturbance,
         harmonics=harmonics,
         sensors=sensors,
         reference=reference,
         set_points=set_points,
-        feasible=feasibility.label(faults, wheels, largest, scenario.duration),
+        feasible=feasibility.label(faults.wheels, wheels, demand),
+    )
+
+
+def _demand(
+    scenario: Scenario,
+    initial: RecordArray,
+    inertia: RecordArray,
+    disturbance: RecordArray,
+    harmonics: RecordArray,
+    set_points: RecordArray,
+) -> feasibility.Demand:
+    """Return what drawn episodes ask of the wheels: of several set points the last turn, of a moving reference none."""
+    largest = np.abs(disturbance["constant"]) + np.hypot(harmonics["sine"], harmonics["cosine"]).sum(axis=1)
+    fastest = np.sum(initial["rate"] ** 2, axis=1) + disturbance["rate_offset"]
+    largest = largest * np.where(disturbance["rate_scaled"] > 0.5, fastest, 1.0)[:, None]
+    wheels = scenario.spacecraft.wheels
+    body = np.einsum("nij,nj->ni", inertia["constant"], initial["rate"])
+    total = body + initial["wheel_momentum"] @ wheels.axis_matrix.T if wheels.momentum_coupling else body
+    points = set_points["attitude"]
+    before = points[:, -2] if points.shape[1] > 1 else initial["attitude"]
+    turn = rotation_vector_from_quaternion(quaternion_error(before, points[:, -1]))
+    angle = np.zeros(len(turn)) if scenario.reference.moving else np.linalg.norm(turn, axis=1)
+    # Where there is nothing to turn, any axis will do.
+    axis = np.where(angle[:, None] > 1e-9, turn, (1.0, 0.0, 0.0)) / np.maximum(angle, 1e-9)[:, None]
+    hold = min(scenario.success.hold, scenario.duration)
+    return feasibility.Demand(
+        disturbance=largest,
+        momentum=np.linalg.norm(total, axis=1) + np.linalg.norm(largest, axis=1) * scenario.duration,
+        effort=np.einsum("nij,nj->ni", inertia["constant"], axis),
+        angle=angle,
+        rate=np.linalg.norm(initial["rate"], axis=1),
+        start=float(set_points["time"][0, -1]),
+        deadline=scenario.duration - hold,
+        duration=scenario.duration,
     )
 
 
@@ -258,7 +297,7 @@ _CLASSES: dict[str, type] = {
     entry.__name__: entry
     for entry in (
         Scenario, Spacecraft, WheelArray, InitialState, SetPoints, MRPSinusoid, RateProfile, FaultDistribution,
-        FaultSchedule, LossOfEffectiveness, Bias, Outage, LockInPlace, HardOver, Disturbance, Harmonic, SensorErrors,
+        FaultSchedule, *KINDS, Friction, Disturbance, LowOrbitTorque, Harmonic, SensorErrors,
         InertiaUncertainty, RewardWeights, SuccessCriterion,
     )
 }  # fmt: skip
@@ -269,7 +308,7 @@ _FIELD_CLASSES: dict[str, tuple[type, ...]] = {
     "initial_state": (InitialState,),
     "reference": (SetPoints, MRPSinusoid, RateProfile),
     "faults": (FaultDistribution, FaultSchedule, type(None)),
-    "disturbance": (Disturbance, type(None)),
+    "disturbance": (Disturbance, LowOrbitTorque, type(None)),
     "sensors": (SensorErrors, type(None)),
     "inertia_uncertainty": (InertiaUncertainty, type(None)),
     "reward": (RewardWeights,),

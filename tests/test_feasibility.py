@@ -11,10 +11,11 @@ from scipy.optimize import linprog
 
 from ftac_gym.disturbances import Disturbance, Harmonic
 from ftac_gym.faults import Bias, FaultSchedule, HardOver, LockInPlace, LossOfEffectiveness, Outage
-from ftac_gym.feasibility import TORQUE_RESERVE, envelope_normals, inside_envelope
+from ftac_gym.feasibility import TORQUE_RESERVE, Envelope, envelope_normals
 from ftac_gym.initial_state import InitialState
 from ftac_gym.scenario import Scenario
-from ftac_gym.spacecraft import Spacecraft, WheelArray
+from ftac_gym.spacecraft import Spacecraft
+from ftac_gym.wheels import WheelArray
 
 PYRAMID = WheelArray.sign_pyramid(0.2, 12.0)
 ORTHOGONAL = WheelArray(np.eye(3), 0.2, 12.0)
@@ -69,7 +70,7 @@ def test_point_inside_exactly_if_a_linear_program_says_so(drawn, size):
     point = rng.normal(size=3) * size
     scale = largest_scale(point, axes, reach)
     for factor, expected in ((0.999 * scale, True), (1.001 * scale, False)):
-        inside = inside_envelope(factor * point[None], np.zeros((1, 3)), axes, reach[None])
+        inside = Envelope(axes).contains(factor * point[None], np.zeros((1, 3)), reach[None])
         assert inside.shape == (1,) and inside[0] == expected
 
 
@@ -81,7 +82,7 @@ def test_box_inside_exactly_if_all_its_corners_are(drawn, size):
     corners = point + margin * np.array(list(itertools.product([-1.0, 1.0], repeat=3)))
     scale = min(largest_scale(corner, axes, reach) for corner in corners)
     for factor, expected in ((0.999 * scale, True), (1.001 * scale, False)):
-        assert inside_envelope(factor * point[None], factor * margin[None], axes, reach[None])[0] == expected
+        assert Envelope(axes).contains(factor * point[None], factor * margin[None], reach[None])[0] == expected
 
 
 def test_dead_wheels_leave_the_envelope_of_the_others():
@@ -90,22 +91,22 @@ def test_dead_wheels_leave_the_envelope_of_the_others():
     alive = reach[0] > 0.0
     for point in np.random.default_rng(0).normal(size=(20, 3)):
         scale = largest_scale(point, axes[:, alive], reach[0, alive])
-        assert inside_envelope(0.999 * scale * point[None], np.zeros((1, 3)), axes, reach)[0]
-        assert not inside_envelope(1.001 * scale * point[None], np.zeros((1, 3)), axes, reach)[0]
+        assert Envelope(axes).contains(0.999 * scale * point[None], np.zeros((1, 3)), reach)[0]
+        assert not Envelope(axes).contains(1.001 * scale * point[None], np.zeros((1, 3)), reach)[0]
 
 
 @pytest.mark.parametrize("reach", [(0.0, 1.0, 1.0), (0.0, 0.0, 0.0), (1e-300, 0.0, 1.0)])
 def test_wheels_that_do_not_span_space_hold_nothing(reach):
-    assert not inside_envelope(np.zeros((1, 3)), np.zeros((1, 3)), np.eye(3), np.array([reach]))[0]
+    assert not Envelope(np.eye(3)).contains(np.zeros((1, 3)), np.zeros((1, 3)), np.array([reach]))[0]
 
 
 @pytest.mark.parametrize("axes", [np.eye(3)[:, :1], np.eye(3)[:, :2], np.eye(3)[:, [0, 0, 0, 0]]])
 def test_too_few_directions_hold_nothing(axes):
-    assert not inside_envelope(np.zeros((2, 3)), np.zeros((2, 3)), axes, np.ones((2, axes.shape[1]))).any()
+    assert not Envelope(axes).contains(np.zeros((2, 3)), np.zeros((2, 3)), np.ones((2, axes.shape[1]))).any()
 
 
 def test_unlimited_wheels_hold_everything():
-    assert inside_envelope(np.full((1, 3), 1e6), np.ones((1, 3)), PYRAMID.axis_matrix, np.full((1, 4), np.inf))[0]
+    assert Envelope(PYRAMID.axis_matrix).contains(np.full((1, 3), 1e6), np.ones((1, 3)), np.full((1, 4), np.inf))[0]
 
 
 def test_envelope_normals_are_unit_normals_of_pairs():

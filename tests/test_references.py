@@ -11,7 +11,8 @@ from ftac_gym import attitude as att
 from ftac_gym.dynamics import Simulator
 from ftac_gym.references import MRPSinusoid, RateProfile, SetPoints, fixed_attitude
 from ftac_gym.scenario import Scenario
-from ftac_gym.spacecraft import Spacecraft, WheelArray
+from ftac_gym.spacecraft import Spacecraft
+from ftac_gym.wheels import WheelArray
 
 HALF_TURN = (0.0, 1.0, 0.0, 0.0)
 QUARTER_TURN = (math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0)

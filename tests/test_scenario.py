@@ -14,7 +14,8 @@ from ftac_gym.initial_state import InitialState
 from ftac_gym.references import MRPSinusoid, RateProfile, SetPoints
 from ftac_gym.scenario import RewardWeights, Scenario, SuccessCriterion
 from ftac_gym.sensors import SensorErrors
-from ftac_gym.spacecraft import Spacecraft, WheelArray
+from ftac_gym.spacecraft import Spacecraft
+from ftac_gym.wheels import WheelArray
 
 FLAGSHIP = scenarios.get("flagship")
 AXES = ((0.1, 0.2), -0.3, (0.0, 0.5))
@@ -164,8 +165,8 @@ def test_timing_in_steps():
         ({"tumble_rate": 0.0}, "tumble_rate must be positive"),
         ({"faults": FaultSchedule((Outage(wheel=4),))}, "wheel must be below the number of wheels, 4"),
         (
-            {"faults": FaultDistribution((Outage(),), faulty_wheels=(0.0,) * 5 + (1.0,))},
-            "faulty_wheels must not exceed the 4 wheels",
+            {"faults": FaultDistribution((Outage(),), fault_counts=(0.0,) * 5 + (1.0,))},
+            "fault_counts must not exceed the 4 wheels",
         ),
     ],
 )

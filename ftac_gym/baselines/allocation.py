@@ -6,7 +6,7 @@ import numpy as np
 
 from ftac_gym.feasibility import envelope_normals
 from ftac_gym.parameters import FloatArray, require
-from ftac_gym.spacecraft import WheelArray
+from ftac_gym.wheels import WheelArray
 
 
 def pseudo_inverse(axes: FloatArray) -> FloatArray:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
-
+from ftac_gym import randomness
+from ftac_gym.compiling import entry_point, piece
+from ftac_gym.dynamics import fault_signals
+from ftac_gym.dynamics.fault_signals import acts, part_at
 from ftac_gym.randomness import Purpose, normal_pair, philox
 from ftac_gym.references import ReferenceKind
 
@@ -15,7 +17,7 @@ _SET_POINTS = int(ReferenceKind.SET_POINTS)
 _MRP_SINUSOID = int(ReferenceKind.MRP_SINUSOID)
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@piece
 def sinusoid(record: Any, axis: int, time: float) -> Any:
     """Value, first and second derivative of constant + amplitude sin(frequency t + phase) on one axis."""
     angle = record.frequency[axis] * time + record.phase[axis]
@@ -24,7 +26,7 @@ def sinusoid(record: Any, axis: int, time: float) -> Any:
     return record.constant[axis] + sine, frequency * cosine, -frequency * frequency * sine
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@piece
 def product(a: Any, b: Any) -> Any:
     """Hamilton product of two quaternions."""
     return (
@@ -35,14 +37,23 @@ def product(a: Any, b: Any) -> Any:
     )
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@piece
+def rotation(x: float, y: float, z: float) -> Any:
+    """Quaternion of a rotation vector [rad]."""
+    angle = math.sqrt(x * x + y * y + z * z)
+    # sin(angle / 2) / angle, by its series where the quotient would lose digits.
+    factor = math.sin(0.5 * angle) / angle if angle > 1e-4 else 0.5 - angle * angle / 48.0
+    return math.cos(0.5 * angle), factor * x, factor * y, factor * z
+
+
+@piece
 def store_unit(out: Any, i: int, q: Any) -> None:
     """Normalise a quaternion into row i."""
     scale = 1.0 / math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
     out[i, 0], out[i, 1], out[i, 2], out[i, 3] = scale * q[0], scale * q[1], scale * q[2], scale * q[3]
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@piece
 def follow_mrp(i: int, record: Any, time: float, attitude: Any, rate: Any, acceleration: Any) -> None:
     """Reference from modified Rodrigues parameters.
 
@@ -65,20 +76,20 @@ def follow_mrp(i: int, record: Any, time: float, attitude: Any, rate: Any, accel
     acceleration[i, 2] = scale * ((1.0 - square) * az - 2.0 * (x * ay - y * ax) + 2.0 * z * along_a) - drag * rate[i, 2]
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@piece
 def half_turn_rate(q: Any, record: Any, time: float) -> Any:
     """q' = 1/2 q (x) [0, w_d(t)]."""
     x, y, z = sinusoid(record, 0, time)[0], sinusoid(record, 1, time)[0], sinusoid(record, 2, time)[0]
     return product(q, (0.0, 0.5 * x, 0.5 * y, 0.5 * z))
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@piece
 def moved(q: Any, factor: float, d: Any) -> Any:
     """Return q + factor d."""
     return q[0] + factor * d[0], q[1] + factor * d[1], q[2] + factor * d[2], q[3] + factor * d[3]
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@piece
 def follow_rate(
     i: int, record: Any, tick: int, step: float, substeps: int, attitude: Any, rate: Any, acceleration: Any
 ) -> None:
@@ -101,7 +112,7 @@ def follow_rate(
         rate[i, axis], acceleration[i, axis] = sinusoid(record, axis, tick * period)[:2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry_point(fault_signals, randomness)
 def sense(
     craft: Any,
     attitude: Any,
@@ -115,17 +126,21 @@ def sense(
     reference_rate: Any,
     reference_acceleration: Any,
     sensors: Any,
+    sensor_faults: Any,
+    switches: Any,
     keys: Any,
     episodes: Any,
     gyro_bias: Any,
     measured_attitude: Any,
     measured_rate: Any,
+    star_tracker_valid: Any,
 ) -> None:
     """Update the reference and the measurement of the listed craft after a reset or a control period, in place.
 
     ``craft`` (n,) holds indices into the arrays of N craft; reference and measurement arrays are (N, 4) or (N, 3), the
     rate and acceleration of the reference in the reference frame's axes. The noise is a function of (key, episode,
-    tick) alone. The gyro bias walks by one step for every tick after the first.
+    tick) alone. The gyro bias walks by one step for every tick after the first. While the star tracker is out, the
+    measured attitude is the last one, turned by the mean of the last two measured rates.
     """
     period = step * substeps
     for index in range(craft.shape[0]):
@@ -163,10 +178,37 @@ def sense(
             noise_2, noise_3 = normal_pair(c, d)
             a, b, c, d = philox(tick, episodes[i], _NOISE, 1, keys[i, 0], keys[i, 1])
             noise_4, noise_5 = normal_pair(a, b)
-        half = 0.5 * sensor.attitude_noise
-        true_attitude = (attitude[i, 0], attitude[i, 1], attitude[i, 2], attitude[i, 3])
-        turn = (1.0, half * noise_0, half * noise_1, half * noise_2)
-        store_unit(measured_attitude, i, product(true_attitude, turn))
-        measured_rate[i, 0] = rate[i, 0] + gyro_bias[i, 0] + sensor.rate_noise * noise_3
-        measured_rate[i, 1] = rate[i, 1] + gyro_bias[i, 1] + sensor.rate_noise * noise_4
-        measured_rate[i, 2] = rate[i, 2] + gyro_bias[i, 2] + sensor.rate_noise * noise_5
+        wx, wy, wz = rate[i, 0], rate[i, 1], rate[i, 2]
+        tilt = sensor.gyro_misalignment
+        seen_x = wx + tilt[1] * wz - tilt[2] * wy + gyro_bias[i, 0] + sensor.rate_noise * noise_3
+        seen_y = wy + tilt[2] * wx - tilt[0] * wz + gyro_bias[i, 1] + sensor.rate_noise * noise_4
+        seen_z = wz + tilt[0] * wy - tilt[1] * wx + gyro_bias[i, 2] + sensor.rate_noise * noise_5
+        turn_x, turn_y, turn_z = 0.0, 0.0, 0.0
+        blind = False
+        for k in range(sensor_faults.shape[1]):
+            fault = sensor_faults[i, k]
+            if acts(fault, switches, i, tick * period):
+                part = part_at(fault, tick * period)
+                seen_x += part * fault.rate_bias[0]
+                seen_y += part * fault.rate_bias[1]
+                seen_z += part * fault.rate_bias[2]
+                turn_x += part * fault.attitude_turn[0]
+                turn_y += part * fault.attitude_turn[1]
+                turn_z += part * fault.attitude_turn[2]
+                blind = blind or fault.outage > 0.5
+        star_tracker_valid[i] = not blind
+        if blind and tick > 0:
+            # What is measured now carries the attitude measured a period ago forward.
+            last = (measured_attitude[i, 0], measured_attitude[i, 1], measured_attitude[i, 2], measured_attitude[i, 3])
+            mean_x = 0.5 * (seen_x + measured_rate[i, 0])
+            mean_y = 0.5 * (seen_y + measured_rate[i, 1])
+            mean_z = 0.5 * (seen_z + measured_rate[i, 2])
+            store_unit(measured_attitude, i, product(last, rotation(period * mean_x, period * mean_y, period * mean_z)))
+        else:
+            half = 0.5 * sensor.attitude_noise
+            true_attitude = (attitude[i, 0], attitude[i, 1], attitude[i, 2], attitude[i, 3])
+            measured = product(true_attitude, (1.0, half * noise_0, half * noise_1, half * noise_2))
+            if turn_x != 0.0 or turn_y != 0.0 or turn_z != 0.0:
+                measured = product(measured, rotation(turn_x, turn_y, turn_z))
+            store_unit(measured_attitude, i, measured)
+        measured_rate[i, 0], measured_rate[i, 1], measured_rate[i, 2] = seen_x, seen_y, seen_z

@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.dynamics.kernels import advance
+from ftac_gym.dynamics.plant import advance
 from ftac_gym.dynamics.sensing import sense
+from ftac_gym.dynamics.wheel_table import wheel_table
 from ftac_gym.episodes import Episodes
+from ftac_gym.faults import DrawnFaults
+from ftac_gym.faults.command_delay import LONGEST_DELAY
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, require
 from ftac_gym.scenario import Scenario
@@ -34,12 +37,16 @@ class State:
         (N, m) [N m s].
     wheel_torque
         (N, m) torque of each wheel on the body at the end of the last physics step [N m].
+    motor_torque
+        (N, m) torque of each motor behind its lag, before faults and friction [N m]; for an ideal wheel, which has no
+        such state, of no meaning.
     """
 
     attitude: FloatArray
     rate: FloatArray
     wheel_momentum: FloatArray
     wheel_torque: FloatArray
+    motor_torque: FloatArray
 
 
 class Simulator:
@@ -68,9 +75,8 @@ class Simulator:
         self.num_craft = int(num_craft)
         self.threads = int(threads)
         wheels = scenario.spacecraft.wheels
-        self._axes = wheels.axis_matrix
         self._torque_limits = wheels.torque_limits
-        self._momentum_limits = wheels.momentum_limits
+        self._wheel_table = wheel_table(wheels, scenario.physics_step)
         self._coupled = wheels.momentum_coupling
         uncertainty = scenario.inertia_uncertainty
         self._rate_torque = uncertainty is not None and uncertainty.rate_torque
@@ -82,6 +88,7 @@ class Simulator:
             np.zeros((count, 3)),
             np.zeros((count, wheels.count)),
             np.zeros((count, wheels.count)),
+            np.zeros((count, wheels.count)),
         )
         self.ticks = np.zeros(count, dtype=np.int64)
         """(N,) control periods since the start of each craft's episode."""
@@ -90,7 +97,9 @@ class Simulator:
         self.reference_acceleration = np.zeros((count, 3))
         self.measured_attitude = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
         self.measured_rate = np.zeros((count, 3))
+        self.star_tracker_valid = np.ones(count, dtype=np.bool_)
         self.last_command = np.zeros((count, wheels.count))
+        self._past = np.zeros((count, 0, wheels.count))
         self._gyro_bias = np.zeros((count, 3))
         self._all = np.arange(count)
         self._tables: dict[str, npt.NDArray[Any]] | None = None
@@ -107,9 +116,10 @@ class Simulator:
         return time
 
     @property
-    def faults(self) -> npt.NDArray[np.void]:
-        """FAULT records (N, wheels, layers) of the episodes that the craft are in: a view, not to be written to."""
-        return self._drawn()["faults"]
+    def faults(self) -> DrawnFaults:
+        """The faults of the episodes that the craft are in: views, not to be written to."""
+        tables = self._drawn()
+        return DrawnFaults(tables["faults"], tables["sensor_faults"], tables["switches"])
 
     @property
     def feasible(self) -> npt.NDArray[np.bool_]:
@@ -164,7 +174,12 @@ class Simulator:
             part[chosen] = tables["initial"][name][chosen]
         self.state.wheel_momentum[chosen] = tables["initial"]["wheel_momentum"][chosen]
         self.state.wheel_torque[chosen] = 0.0
+        self.state.motor_torque[chosen] = 0.0
         self.last_command[chosen] = 0.0
+        if not self._past.shape[1] and (arrays["faults"]["delay"] > 0).any():
+            # Commands are remembered once a craft is in an episode that may need them.
+            self._past = np.zeros((self.num_craft, LONGEST_DELAY, wheels))
+        self._past[chosen] = 0.0
         self.ticks[chosen] = 0
         self._gyro_bias[chosen] = tables["sensors"]["gyro_bias"][chosen]
         self._sense(chosen)
@@ -194,13 +209,7 @@ class Simulator:
 
     def advance(self) -> None:
         """Hold ``last_command`` for one control period: :meth:`step` without its checks and its limiter."""
-        tables = self._drawn()
-        state = self.state
-        shared = (
-            state.attitude, state.rate, state.wheel_momentum, state.wheel_torque, self.ticks, self.last_command,
-            self._axes, self._torque_limits, self._momentum_limits, self._coupled, tables["inertia"],
-            self._rate_torque, tables["faults"], tables["disturbance"], tables["harmonics"], self._step, self._substeps,
-        )  # fmt: skip
+        shared = self.plant_arguments()
         parts = min(self.threads, max(1, self.num_craft // THREAD_BATCH))
         if parts == 1:
             advance(0, self.num_craft, *shared)
@@ -211,6 +220,16 @@ class Simulator:
             list(self._pool.map(lambda first, end: advance(first, end, *shared), edges[:-1], edges[1:]))
         self._sense(self._all)
 
+    def plant_arguments(self) -> tuple[Any, ...]:
+        """Return what the compiled plant is called with after the range of craft."""
+        tables, state = self._drawn(), self.state
+        return (
+            state.attitude, state.rate, state.wheel_momentum, state.motor_torque, state.wheel_torque, self.ticks,
+            self.last_command, self._past, self._wheel_table, self._coupled, tables["inertia"], self._rate_torque,
+            tables["faults"], tables["switches"], tables["disturbance"], tables["harmonics"], self._step,
+            self._substeps,
+        )  # fmt: skip
+
     def measurement(self) -> Measurement:
         """Return what the craft measure now; the arrays are the caller's to keep."""
         return Measurement(
@@ -219,6 +238,7 @@ class Simulator:
             rate=self.measured_rate.copy(),
             wheel_momentum=self.state.wheel_momentum.copy(),
             last_command=self.last_command.copy(),
+            star_tracker_valid=self.star_tracker_valid.copy(),
             reference_attitude=self.reference_attitude.copy(),
             reference_rate=self.reference_rate.copy(),
             reference_acceleration=self.reference_acceleration.copy(),
@@ -234,6 +254,6 @@ class Simulator:
         sense(
             craft, self.state.attitude, self.state.rate, self.ticks, self._step, self._substeps, tables["reference"],
             tables["set_points"], self.reference_attitude, self.reference_rate, self.reference_acceleration,
-            tables["sensors"], tables["key"], tables["index"], self._gyro_bias, self.measured_attitude,
-            self.measured_rate,
+            tables["sensors"], tables["sensor_faults"], tables["switches"], tables["key"], tables["index"],
+            self._gyro_bias, self.measured_attitude, self.measured_rate, self.star_tracker_valid,
         )  # fmt: skip

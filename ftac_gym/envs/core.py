@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
@@ -15,6 +16,7 @@ from ftac_gym.dynamics import Simulator
 from ftac_gym.envs.observation import Observer
 from ftac_gym.envs.reward import Reward
 from ftac_gym.episodes import Episodes
+from ftac_gym.faults import FaultDistribution
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, require
 from ftac_gym.randomness import keys_from_seeds
@@ -185,6 +187,22 @@ class CoreAccess:
     def observation_slices(self) -> dict[str, slice]:
         """Where each named part of a craft's observation lies."""
         return dict(self.core.observer.layout.slices)
+
+    def set_severity(self, severity: float) -> None:
+        """Set how bad the faults of the coming episodes are, in [0, 1]; running episodes are left as they are.
+
+        A hook for curricula: ``env.unwrapped.set_severity(0.3)``, or ``env_method("set_severity", 0.3)`` of any
+        Stable-Baselines3 vector environment. See :class:`~ftac_gym.faults.FaultDistribution`.
+
+        Raises
+        ------
+        ValueError
+            If the severity is not within [0, 1], or the scenario has no fault distribution.
+        """
+        faults = self.core.scenario.faults
+        if not isinstance(faults, FaultDistribution):
+            raise ValueError(f"faults must be a FaultDistribution to have a severity, got {faults!r}")
+        self.core.scenario = self.core.scenario.replace(faults=dataclasses.replace(faults, severity=severity))
 
     def measurement(self) -> Measurement:
         """Return what the craft measure now, always with the craft on the first axis: the input of baselines."""

@@ -1,7 +1,7 @@
 """What an agent sees, made from the measurement that the baselines get too.
 
-A tier adds to the one before it: ``attitude`` (attitude, rate, own commands), ``telemetry`` (wheel momentum too) and
-``oracle`` (the true faults; an upper bound, never a contestant).
+A tier adds to the one before it: ``attitude`` (attitude, rate, own commands), ``telemetry`` (wheel momentum and sensor
+status too) and ``oracle`` (the true faults; an upper bound, never a contestant).
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from numba import njit
 
 from ftac_gym.dynamics import Simulator
 from ftac_gym.faults import fault_effect
+from ftac_gym.faults.command_delay import LONGEST_DELAY
 from ftac_gym.parameters import require
 from ftac_gym.scenario import Scenario
 
@@ -72,8 +73,12 @@ def observation_layout(scenario: Scenario, tier: str) -> ObservationLayout:
     ``reference_acceleration``   3    moving references only: in body axes, / 0.01 rad/s^2
     ``wheel_momentum``           m    telemetry: over its limit (over 1 N m s if unlimited)
     ``wheel_torque_residual``    m    telemetry: low-passed -dh/dt - u over the torque limit
-    ``fault_effectiveness``      m    oracle: true effectiveness, 0 if locked
-    ``fault_bias``               m    oracle: true uncommanded torque over the torque limit
+    ``star_tracker_valid``       1    telemetry: 1, or 0 while the attitude is carried forward with the gyros
+    ``fault_effectiveness``      m    oracle: true effectiveness, 0 if locked or seized
+    ``fault_bias``               m    oracle: true uncommanded torque over the torque limit, excess friction included
+    ``fault_delay``              m    oracle: true delay of the commands over the longest one
+    ``sensor_rate_fault``        3    oracle: rate that a sensor fault adds, / 0.1 rad/s
+    ``sensor_attitude_fault``    3    oracle: rotation vector that a sensor fault adds [rad]
     ============================ ==== ==================================================================================
 
     Raises
@@ -96,8 +101,10 @@ def observation_layout(scenario: Scenario, tier: str) -> ObservationLayout:
         parts += [("reference_rate", 3, BOUND), ("reference_acceleration", 3, BOUND)]
     if tier != "attitude":
         parts += [("wheel_momentum", wheels, BOUND), ("wheel_torque_residual", wheels, BOUND)]
+        parts += [("star_tracker_valid", 1, 1.0)]
     if tier == "oracle":
-        parts += [("fault_effectiveness", wheels, 1.0), ("fault_bias", wheels, BOUND)]
+        parts += [("fault_effectiveness", wheels, 1.0), ("fault_bias", wheels, BOUND), ("fault_delay", wheels, 1.0)]
+        parts += [("sensor_rate_fault", 3, BOUND), ("sensor_attitude_fault", 3, math.pi)]
     slices, start = {}, 0
     for name, length, _ in parts:
         slices[name] = slice(start, start + length)
@@ -134,8 +141,7 @@ class Observer:
         self._last_momentum = np.zeros((simulator.num_craft, wheels.count))
         self._residual = np.zeros((simulator.num_craft, 3))
         self._wheel_residual = np.zeros((simulator.num_craft, wheels.count))
-        oracle = self.layout.slices.get("fault_effectiveness")
-        self._oracle_start = oracle.start if oracle is not None else self.layout.size
+        self._wheels = wheels
 
     def observe(self, craft: npt.NDArray[np.int64], out: npt.NDArray[np.float32]) -> None:
         """Write the rows of the listed craft into ``out`` (N, size), once after each control period or reset."""
@@ -146,17 +152,23 @@ class Observer:
             simulator.last_command, simulator.reference_attitude, simulator.reference_rate,
             simulator.reference_acceleration, self._inertia, self._axes, self._torque_limits, self._momentum_scale,
             self._coupled, self._moving, self._tier, self._period, self._last_rate, self._last_momentum, self._residual,
-            self._wheel_residual, out,
+            self._wheel_residual, simulator.star_tracker_valid, out,
         )  # fmt: skip
-        if self._oracle_start < self.layout.size:
+        if TIERS[self._tier] == "oracle":
             self._add_oracle(craft, out)
 
     def _add_oracle(self, craft: npt.NDArray[np.int64], out: npt.NDArray[np.float32]) -> None:
-        simulator, wheels = self._simulator, len(self._torque_limits)
-        torque = simulator.state.wheel_torque[craft]
-        effectiveness, bias = fault_effect(simulator.faults[craft], simulator.time[craft], torque)
-        out[craft, self._oracle_start : self._oracle_start + wheels] = effectiveness
-        out[craft, self._oracle_start + wheels :] = np.clip(bias / self._torque_limits, -BOUND, BOUND)
+        simulator, state = self._simulator, self._simulator.state
+        drawn, momentum = simulator.faults.take(craft), state.wheel_momentum[craft]
+        effect = fault_effect(drawn, simulator.time[craft], self._wheels, momentum, state.wheel_torque[craft])
+        for name, values in (
+            ("fault_effectiveness", effect.effectiveness),
+            ("fault_bias", np.clip(effect.bias / self._torque_limits, -BOUND, BOUND)),
+            ("fault_delay", effect.delay / LONGEST_DELAY),
+            ("sensor_rate_fault", np.clip(effect.rate_bias / RATE_SCALE, -BOUND, BOUND)),
+            ("sensor_attitude_fault", np.clip(effect.attitude_turn, -math.pi, math.pi)),
+        ):
+            out[craft, self.layout.slices[name]] = values
 
 
 @njit(cache=True, inline="always", error_model="numpy")
@@ -196,6 +208,7 @@ def _observe(
     last_momentum: Any,
     residual: Any,
     wheel_residual: Any,
+    star_tracker_valid: Any,
     out: Any,
 ) -> None:
     wheels = axes.shape[1]
@@ -267,6 +280,8 @@ def _observe(
                 last_momentum[i, j] = momentum
                 out[i, telemetry + j] = _clip(momentum / momentum_scale[j])
                 out[i, telemetry + wheels + j] = _clip(wheel_residual[i, j] / torque_limits[j])
+        if tier > 0:
+            out[i, telemetry + 2 * wheels] = 1.0 if star_tracker_valid[i] else 0.0
 
         if ticks[i] == 0:
             residual[i, 0], residual[i, 1], residual[i, 2] = 0.0, 0.0, 0.0

@@ -163,10 +163,13 @@ def compare(evaluations: list[Evaluation], reference: str, chosen: npt.NDArray[n
 
 
 def fault_classes(episodes: Episodes) -> npt.NDArray[np.str_]:
-    """Return what is wrong in each episode, in words: a fault kind, "healthy", or how many wheels are faulty."""
-    kinds = episodes.faults["kind"].max(axis=2)
-    faulty = (kinds > 0).sum(axis=1)
+    """Return what is wrong in each episode, in words: a fault kind, "healthy", or how many faults there are.
+
+    Several faults of one wheel count as one, of the kind that stands last in :class:`~ftac_gym.faults.FaultKind`.
+    """
+    kinds = np.concatenate([episodes.faults["kind"].max(axis=2), episodes.sensor_faults["kind"]], axis=1)
+    counts = (kinds > 0).sum(axis=1)
     labels = []
-    for row, count in zip(kinds, faulty, strict=True):
-        labels.append(FaultKind(int(row.max())).label if count <= 1 else f"{count} wheels")
+    for row, count in zip(kinds, counts, strict=True):
+        labels.append(FaultKind(int(row.max())).label if count <= 1 else f"{count} faults")
     return np.array(labels)

@@ -67,8 +67,7 @@ def episode_metrics(history: Rollout) -> Metrics:
     hold = success_steps(scenario)
     window = np.degrees(error[-hold:])
     settled = _settled_from(on_target)
-    faults = history.episodes.faults
-    onset = np.where(faults["kind"] > 0, faults["onset"], np.inf).min(axis=(1, 2))
+    onset = history.episodes.first_onset
     struck = np.ceil(np.where(np.isfinite(onset), onset, 0.0) / period - 1e-9).astype(int)
     countable = np.isfinite(onset) & (struck < steps)
     struck = np.minimum(struck, steps)

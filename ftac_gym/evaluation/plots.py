@@ -80,16 +80,17 @@ def episode(histories: Mapping[str, Rollout]) -> Figure:
     for column, (name, history) in enumerate(histories.items()):
         torque, momentum = figure.add_subplot(grid[2, column]), figure.add_subplot(grid[3, column])
         fault = figure.add_subplot(grid[4, column])
-        faults, wheels = history.episodes.faults, history.command.shape[2]
+        wheels, array = history.command.shape[2], history.scenario.spacecraft.wheels
         count = len(history.time) - 1
         torques = np.vstack([np.zeros((1, wheels)), history.applied_torque[:, 0]])
-        effectiveness, bias = fault_effect(np.repeat(faults, count + 1, axis=0), history.time, torques)
+        drawn = history.episodes.drawn_faults.take(np.zeros(count + 1, dtype=np.int64))
+        effect = fault_effect(drawn, history.time, array, history.wheel_momentum[:, 0], torques)
         for wheel in range(wheels):
             color = COLORS[wheel % len(COLORS)]
             torque.plot(history.time[1:], history.applied_torque[:, 0, wheel], color=color, linewidth=0.8)
             momentum.plot(history.time, history.wheel_momentum[:, 0, wheel], color=color, label=f"wheel {wheel}")
-            fault.plot(history.time, effectiveness[:, wheel], color=color, linewidth=1.2)
-            fault.plot(history.time, bias[:, wheel] / 0.1, color=color, linestyle="--", linewidth=1.0)
+            fault.plot(history.time, effect.effectiveness[:, wheel], color=color, linewidth=1.2)
+            fault.plot(history.time, effect.bias[:, wheel] / 0.1, color=color, linestyle="--", linewidth=1.0)
         torque.set_title(name, fontsize=10)
         panels += [torque, momentum, fault]
         if column == 0:
@@ -108,7 +109,10 @@ def describe_faults(history: Rollout) -> str:
     """Return the faults of a rollout's first episode in words."""
     words = []
     for wheel, layers in enumerate(history.episodes.faults[0]):
-        for record in layers:
-            if record["kind"] > 0:
-                words.append(f"wheel {wheel}: {FaultKind(int(record['kind'])).label} at {record['onset']:.1f} s")
+        words += [f"wheel {wheel}: {_in_words(record)}" for record in layers if record["kind"] > 0]
+    words += [_in_words(record) for record in history.episodes.sensor_faults[0] if record["kind"] > 0]
     return "; ".join(words) if words else "healthy"
+
+
+def _in_words(record: np.void) -> str:
+    return f"{FaultKind(int(record['kind'])).label} at {record['onset']:.1f} s"

@@ -1,26 +1,65 @@
-"""Wheel faults: one kind per file, and the distributions that draw them."""
+"""Faults of wheels and sensors: one kind per file, and what draws them."""
 
+from ftac_gym.faults.attitude_spike import AttitudeSpike
 from ftac_gym.faults.bias import Bias
-from ftac_gym.faults.distribution import FaultDistribution, FaultSchedule
-from ftac_gym.faults.effect import fault_effect
-from ftac_gym.faults.fault import Fault
+from ftac_gym.faults.command_delay import CommandDelay
+from ftac_gym.faults.distribution import FaultDistribution
+from ftac_gym.faults.drifting_effectiveness import DriftingEffectiveness
+from ftac_gym.faults.effect import FaultEffect, fault_effect
+from ftac_gym.faults.fault import Fault, SensorFault, WheelFault
+from ftac_gym.faults.friction_rise import FrictionRise
+from ftac_gym.faults.gyro_bias_step import GyroBiasStep
 from ftac_gym.faults.hard_over import HardOver
+from ftac_gym.faults.intermittent_shutdown import IntermittentShutdown
 from ftac_gym.faults.lock_in_place import LockInPlace
 from ftac_gym.faults.loss_of_effectiveness import LossOfEffectiveness
 from ftac_gym.faults.outage import Outage
-from ftac_gym.faults.table import FAULT, FaultKind, no_faults
+from ftac_gym.faults.schedule import FaultSchedule
+from ftac_gym.faults.seizure import Seizure
+from ftac_gym.faults.star_tracker_outage import StarTrackerOutage
+from ftac_gym.faults.table import FAULT, SENSOR_FAULT, DrawnFaults, FaultKind
+
+KINDS: tuple[type[Fault], ...] = (
+    LossOfEffectiveness,
+    DriftingEffectiveness,
+    Bias,
+    Outage,
+    LockInPlace,
+    HardOver,
+    FrictionRise,
+    Seizure,
+    IntermittentShutdown,
+    CommandDelay,
+    GyroBiasStep,
+    StarTrackerOutage,
+    AttitudeSpike,
+)
+"""All concrete fault kinds."""
 
 __all__ = [
     "FAULT",
+    "KINDS",
+    "SENSOR_FAULT",
+    "AttitudeSpike",
     "Bias",
+    "CommandDelay",
+    "DrawnFaults",
+    "DriftingEffectiveness",
     "Fault",
     "FaultDistribution",
+    "FaultEffect",
     "FaultKind",
     "FaultSchedule",
+    "FrictionRise",
+    "GyroBiasStep",
     "HardOver",
+    "IntermittentShutdown",
     "LockInPlace",
     "LossOfEffectiveness",
     "Outage",
+    "Seizure",
+    "SensorFault",
+    "StarTrackerOutage",
+    "WheelFault",
     "fault_effect",
-    "no_faults",
 ]

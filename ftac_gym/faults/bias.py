@@ -6,14 +6,15 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+import numpy.typing as npt
 
-from ftac_gym.faults.fault import Fault, random_signs
+from ftac_gym.faults.fault import WheelFault, random_signs
 from ftac_gym.faults.table import FaultKind
 from ftac_gym.parameters import FloatArray, Interval, bounds, draw, interval, require
 
 
 @dataclass(frozen=True, kw_only=True)
-class Bias(Fault):
+class Bias(WheelFault):
     """Added torque b = constant + slope s + amplitude s^exponent sin(frequency s + phase), with s = t - onset.
 
     The bias adds to the limited command, so that the wheel's torque can exceed its command limit.
@@ -52,7 +53,7 @@ class Bias(Fault):
             object.__setattr__(self, name, interval(getattr(self, name), name))
         require(bounds(self.exponent)[0] >= 0.0, "exponent", "must not be negative", self.exponent)
 
-    def _fill(self, rows: np.ndarray, uniform: FloatArray, torque_limit: FloatArray) -> None:
+    def _fill(self, rows: npt.NDArray[np.void], uniform: FloatArray, torque_limit: FloatArray) -> None:
         sign = random_signs(uniform[:, 6]) if self.random_sign else 1.0
         rows["bias"] = sign * draw(self.constant, uniform[:, 0])
         rows["bias_slope"] = sign * draw(self.slope, uniform[:, 1])

@@ -1,15 +1,19 @@
-"""Which faults an episode has: drawn at random, or scheduled."""
+"""Random faults: how many, of which kinds, on which wheels."""
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
 
-from ftac_gym.faults.fault import UNIFORMS_PER_FAULT, Fault
-from ftac_gym.faults.table import no_faults
-from ftac_gym.parameters import FloatArray, Vector, require
+from ftac_gym.faults.fault import UNIFORMS_PER_FAULT, Fault, SensorFault, WheelFault
+from ftac_gym.faults.friction_rise import FrictionRise
+from ftac_gym.faults.table import FLIPS, DrawnFaults, no_faults, no_sensor_faults, soften
+from ftac_gym.parameters import FloatArray, Vector, finite, require
+from ftac_gym.wheels import WheelArray
+
+_UNIFORMS_PER_SLOT = 2 + UNIFORMS_PER_FAULT
+"""Of each slot: one to choose the kind, one to thin out by severity, the rest for the fault itself."""
 
 
 def _probabilities(values: tuple[float, ...], field: str) -> Vector:
@@ -21,29 +25,45 @@ def _probabilities(values: tuple[float, ...], field: str) -> Vector:
     return tuple(float(value) for value in (array if abs(total - 1.0) < 1e-15 * array.size else array / total))
 
 
+def check_kinds(faults: tuple[Fault, ...], wheels: WheelArray) -> None:
+    """Raise a ValueError if a fault asks for something that the wheels do not have."""
+    for fault in faults:
+        if isinstance(fault, FrictionRise):
+            rubbing = [entry is not None for entry in wheels.frictions]
+            struck = all(rubbing) if fault.wheel is None else rubbing[fault.wheel]
+            require(struck, "friction", "must be given for the wheels that a FrictionRise can strike", wheels.friction)
+
+
 @dataclass(frozen=True)
 class FaultDistribution:
-    """Random faults: how many wheels fail, which ones, and of what.
+    """Random faults: how many an episode has, and what they are.
+
+    Every fault of a wheel strikes another wheel; faults of the sensors count with the others.
 
     Parameters
     ----------
     kinds
-        The fault kinds to choose from; each draws its own timing and magnitude. A kind that names a ``wheel`` always
-        strikes that one (for such schedules :class:`FaultSchedule` is the better tool), so here it must be None.
+        The fault kinds to choose from; each draws its own timing and magnitude. For a kind that always strikes the same
+        ``wheel`` there is :class:`FaultSchedule`; here it must be None.
     weights
         Relative frequency of each kind; None for equal weights.
-    faulty_wheels
-        Relative frequency of 0, 1, 2, ... faulty wheels; the entry for 0 is the share of healthy episodes.
+    fault_counts
+        Relative frequency of 0, 1, 2, ... faults; the entry for 0 is the share of healthy episodes.
+    severity
+        How bad the faults are, in [0, 1], for curricula: 1 as described by the kinds, 0 healthy. In between the
+        magnitudes shrink in proportion, and kinds that are there whole or not at all (lock in place, seizure, delay,
+        star-tracker outage) strike with this probability. Episodes of a seed grow worse monotonically.
 
     Raises
     ------
     ValueError
-        If there are no kinds, the weights do not match them, or a weight is negative.
+        If there are no kinds, the weights do not match them, a weight is negative, or the severity leaves [0, 1].
     """
 
     kinds: tuple[Fault, ...]
     weights: Vector | None = None
-    faulty_wheels: Vector = (0.0, 1.0)
+    fault_counts: Vector = (0.0, 1.0)
+    severity: float = 1.0
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
@@ -51,86 +71,89 @@ class FaultDistribution:
         object.__setattr__(self, "kinds", tuple(self.kinds))
         require(len(self.kinds) > 0, "kinds", "must name at least one fault kind", self.kinds)
         for fault in self.kinds:
-            concrete = isinstance(fault, Fault) and type(fault) is not Fault
-            require(concrete, "kinds", "must hold Fault objects of a concrete kind", fault)
-            require(fault.wheel is None, "kinds", "must leave wheel=None: the distribution chooses it", fault)
+            require(is_concrete(fault), "kinds", "must hold Fault objects of a concrete kind", fault)
+            free = isinstance(fault, SensorFault) or (isinstance(fault, WheelFault) and fault.wheel is None)
+            require(free, "kinds", "must leave wheel=None: the distribution chooses it", fault)
         weights = self.weights if self.weights is not None else (1.0,) * len(self.kinds)
         require(len(weights) == len(self.kinds), "weights", f"must match the {len(self.kinds)} kinds", self.weights)
         object.__setattr__(self, "weights", _probabilities(weights, "weights"))
-        object.__setattr__(self, "faulty_wheels", _probabilities(self.faulty_wheels, "faulty_wheels"))
+        object.__setattr__(self, "fault_counts", _probabilities(self.fault_counts, "fault_counts"))
+        object.__setattr__(self, "severity", finite(self.severity, "severity"))
+        require(0.0 <= self.severity <= 1.0, "severity", "must be within [0, 1]", self.severity)
 
-    def check(self, wheels: int) -> None:
-        """Raise a ValueError if more wheels can fail than the craft has."""
-        worst = len(self.faulty_wheels) - 1
-        require(worst <= wheels, "faulty_wheels", f"must not exceed the {wheels} wheels of the craft", worst)
+    @property
+    def slots(self) -> int:
+        """How many faults an episode can have at most."""
+        return len(self.fault_counts) - 1
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """The fault kinds."""
+        return self.kinds
+
+    def check(self, wheels: WheelArray) -> None:
+        """Raise a ValueError if more wheels can fail than the craft has, or a kind does not fit them."""
+        rule = f"must not exceed the {wheels.count} wheels of the craft"
+        require(self.slots <= wheels.count, "fault_counts", rule, self.slots)
+        check_kinds(self.kinds, wheels)
 
     def uniform_count(self, wheels: int) -> int:
         """How many uniform deviates one episode needs."""
-        return 1 + wheels + (len(self.faulty_wheels) - 1) * (1 + UNIFORMS_PER_FAULT)
+        return 1 + wheels + self.slots * _UNIFORMS_PER_SLOT
 
-    def draw(self, uniform: FloatArray, torque_limits: FloatArray) -> np.ndarray:
-        """Draw the fault table (N, wheels, 1) from uniforms (N, uniform_count) and torque limits (wheels,) [N m]."""
+    @property
+    def switching_count(self) -> int:
+        """How many uniform deviates the random chains of one episode need."""
+        return self.slots * FLIPS if any(fault.random_chain for fault in self.kinds) else 0
+
+    def draw(self, uniform: FloatArray, switching: FloatArray, torque_limits: FloatArray) -> DrawnFaults:
+        """Draw the faults of N episodes.
+
+        Parameters
+        ----------
+        uniform
+            (N, uniform_count) uniform deviates.
+        switching
+            (N, switching_count) uniform deviates.
+        torque_limits
+            (wheels,) [N m].
+        """
         craft, wheels = len(uniform), len(torque_limits)
         table = no_faults(craft, wheels)
-        counts = np.searchsorted(np.cumsum(self.faulty_wheels), uniform[:, 0], side="right")
+        sensed = any(isinstance(fault, SensorFault) for fault in self.kinds)
+        sensors = no_sensor_faults(craft, self.slots if sensed else 0)
+        chances = switching.reshape(craft, -1, FLIPS)
+        switches = np.zeros_like(chances)
+        counts = np.searchsorted(np.cumsum(self.fault_counts), uniform[:, 0], side="right")
         order = np.argsort(uniform[:, 1 : 1 + wheels], axis=1)
         weights = np.asarray(self.weights)
-        for slot in range(len(self.faulty_wheels) - 1):
-            start = 1 + wheels + slot * (1 + UNIFORMS_PER_FAULT)
+        for slot in range(self.slots):
+            start = 1 + wheels + slot * _UNIFORMS_PER_SLOT
             chosen = np.searchsorted(np.cumsum(weights), uniform[:, start], side="right").clip(max=len(weights) - 1)
             for index, fault in enumerate(self.kinds):
-                rows = np.flatnonzero((counts > slot) & (chosen == index))
+                # A severity of zero leaves nobody; below one it thins out what cannot be made smaller.
+                strikes = uniform[:, start + 1] < self.severity if not fault.gradual else self.severity > 0.0
+                rows = np.flatnonzero((counts > slot) & (chosen == index) & strikes)
                 if rows.size == 0:
                     continue
-                struck = order[rows, slot]
-                part = uniform[rows, start + 1 : start + 1 + UNIFORMS_PER_FAULT]
-                table[rows, struck, 0] = fault.draw(part, torque_limits[struck])
-        return table
+                part = uniform[rows, start + 2 : start + _UNIFORMS_PER_SLOT]
+                if isinstance(fault, WheelFault):
+                    struck = order[rows, slot]
+                    records = fault.draw(part, torque_limits[struck])
+                else:
+                    assert isinstance(fault, SensorFault)
+                    records = fault.draw(part)
+                soften(records, self.severity)
+                if fault.random_chain:
+                    records["chain"] = slot
+                    switches[rows, slot] = fault.switching_times(records["onset"], chances[rows, slot])
+                if isinstance(fault, WheelFault):
+                    table[rows, struck, 0] = records
+                else:
+                    sensors[rows, slot] = records
+        return DrawnFaults(table, sensors, switches)
 
 
-@dataclass(frozen=True)
-class FaultSchedule:
-    """All the listed faults, in every episode; several may strike the same wheel.
-
-    Raises
-    ------
-    ValueError
-        If a fault names no wheel.
-    """
-
-    faults: tuple[Fault, ...]
-
-    def __post_init__(self) -> None:
-        """Check and normalise the fields."""
-        require(isinstance(self.faults, (tuple, list)), "faults", "must be a tuple of Fault objects", self.faults)
-        object.__setattr__(self, "faults", tuple(self.faults))
-        for fault in self.faults:
-            concrete = isinstance(fault, Fault) and type(fault) is not Fault
-            require(concrete, "faults", "must hold Fault objects of a concrete kind", fault)
-            require(fault.wheel is not None, "faults", "must each name a wheel", fault)
-
-    def check(self, wheels: int) -> None:
-        """Raise a ValueError if a fault names a wheel that the craft does not have."""
-        for fault in self.faults:
-            known = fault.wheel is not None and fault.wheel < wheels
-            require(known, "wheel", f"must be below the number of wheels, {wheels}", fault.wheel)
-
-    def layers(self, wheels: int) -> int:
-        """How many faults one wheel can have at most."""
-        return max(Counter(fault.wheel for fault in self.faults).values(), default=1)
-
-    def uniform_count(self, wheels: int) -> int:
-        """How many uniform deviates one episode needs."""
-        return max(1, len(self.faults) * UNIFORMS_PER_FAULT)
-
-    def draw(self, uniform: FloatArray, torque_limits: FloatArray) -> np.ndarray:
-        """Draw the fault table (N, wheels, layers) from uniforms (N, uniform_count) and torque limits [N m]."""
-        wheels = len(torque_limits)
-        table = no_faults(len(uniform), wheels, self.layers(wheels))
-        used: Counter[int] = Counter()
-        for index, fault in enumerate(self.faults):
-            wheel = fault.wheel if fault.wheel is not None else 0
-            part = uniform[:, index * UNIFORMS_PER_FAULT : (index + 1) * UNIFORMS_PER_FAULT]
-            table[:, wheel, used[wheel]] = fault.draw(part, np.full(len(uniform), torque_limits[wheel]))
-            used[wheel] += 1
-        return table
+def is_concrete(fault: object) -> bool:
+    """Tell whether an object is a fault of a concrete kind."""
+    return isinstance(fault, Fault) and type(fault) not in (Fault, WheelFault, SensorFault)

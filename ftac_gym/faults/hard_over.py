@@ -6,14 +6,15 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+import numpy.typing as npt
 
-from ftac_gym.faults.fault import Fault, random_signs
+from ftac_gym.faults.fault import WheelFault, limited_wheels, random_signs
 from ftac_gym.faults.table import FaultKind
 from ftac_gym.parameters import FloatArray, Interval, bounds, draw, interval, require
 
 
 @dataclass(frozen=True, kw_only=True)
-class HardOver(Fault):
+class HardOver(WheelFault):
     """The wheel applies a fraction of its torque limit, whatever is commanded, until its momentum limit stops it.
 
     Parameters
@@ -41,9 +42,8 @@ class HardOver(Fault):
         low, high = bounds(self.fraction)
         require(low >= -1.0 and high <= 1.0, "fraction", "must stay within [-1, 1]", self.fraction)
 
-    def _fill(self, rows: np.ndarray, uniform: FloatArray, torque_limit: FloatArray) -> None:
-        limited = bool(np.isfinite(torque_limit).all())
-        require(limited, "HardOver", "needs wheels with a torque limit; torque_limit", torque_limit.tolist())
+    def _fill(self, rows: npt.NDArray[np.void], uniform: FloatArray, torque_limit: FloatArray) -> None:
+        limited_wheels(torque_limit, "HardOver")
         sign = random_signs(uniform[:, 1]) if self.random_sign else 1.0
         rows["effectiveness"] = 0.0
         rows["bias"] = sign * draw(self.fraction, uniform[:, 0]) * torque_limit

@@ -6,14 +6,15 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+import numpy.typing as npt
 
-from ftac_gym.faults.fault import Fault
+from ftac_gym.faults.fault import WheelFault
 from ftac_gym.faults.table import FaultKind
 from ftac_gym.parameters import FloatArray, Interval, bounds, draw, interval, require
 
 
 @dataclass(frozen=True, kw_only=True)
-class LossOfEffectiveness(Fault):
+class LossOfEffectiveness(WheelFault):
     """Effectiveness e(t) = effectiveness + amplitude * sin(frequency * t + phase), with t the time of the episode.
 
     Parameters
@@ -54,7 +55,7 @@ class LossOfEffectiveness(Fault):
             self.effectiveness,
         )
 
-    def _fill(self, rows: np.ndarray, uniform: FloatArray, torque_limit: FloatArray) -> None:
+    def _fill(self, rows: npt.NDArray[np.void], uniform: FloatArray, torque_limit: FloatArray) -> None:
         rows["effectiveness"] = draw(self.effectiveness, uniform[:, 0])
         rows["effectiveness_amplitude"] = draw(self.amplitude, uniform[:, 1])
         rows["effectiveness_frequency"] = draw(self.frequency, uniform[:, 2])

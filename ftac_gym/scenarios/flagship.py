@@ -16,7 +16,8 @@ from ftac_gym.initial_state import InitialState
 from ftac_gym.references import MRPSinusoid
 from ftac_gym.scenario import Scenario
 from ftac_gym.sensors import SensorErrors
-from ftac_gym.spacecraft import Spacecraft, WheelArray
+from ftac_gym.spacecraft import Spacecraft
+from ftac_gym.wheels import WheelArray
 
 DEGREE = math.pi / 180.0
 DEGREE_PER_HOUR = DEGREE / 3600.0
@@ -46,7 +47,7 @@ def faults() -> FaultDistribution:
             HardOver(onset=onset, fraction=(0.2, 0.5)),
         ),
         weights=(1.0, 0.5, 2.0, 1.0, 1.0, 1.0, 1.5, 2.0, 1.0),
-        faulty_wheels=(0.1, 0.75, 0.15),
+        fault_counts=(0.1, 0.75, 0.15),
     )
 
 

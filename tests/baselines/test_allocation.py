@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from ftac_gym.baselines.allocation import MinimaxAllocation, pseudo_inverse, scale_to_limits
-from ftac_gym.spacecraft import WheelArray
+from ftac_gym.wheels import WheelArray
 
 ROOT = 1.0 / np.sqrt(2.0)
 COPLANAR = {

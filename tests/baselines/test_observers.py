@@ -12,7 +12,8 @@ from ftac_gym.disturbances import Disturbance
 from ftac_gym.dynamics import Simulator
 from ftac_gym.initial_state import InitialState
 from ftac_gym.measurement import Measurement
-from ftac_gym.spacecraft import Spacecraft, WheelArray
+from ftac_gym.spacecraft import Spacecraft
+from ftac_gym.wheels import WheelArray
 
 FLAGSHIP = scenarios.get("flagship")
 AXES = FLAGSHIP.spacecraft.wheels.axes

@@ -10,7 +10,8 @@ from ftac_gym.faults import Bias, FaultSchedule
 from ftac_gym.initial_state import InitialState
 from ftac_gym.measurement import Measurement
 from ftac_gym.references import RateProfile
-from ftac_gym.spacecraft import Spacecraft, WheelArray
+from ftac_gym.spacecraft import Spacecraft
+from ftac_gym.wheels import WheelArray
 
 FLAGSHIP = scenarios.get("flagship")
 TRACKING = scenarios.get("flagship_tracking")

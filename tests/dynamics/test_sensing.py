@@ -9,7 +9,8 @@ from ftac_gym import scenarios
 from ftac_gym.dynamics import Simulator
 from ftac_gym.scenario import Scenario
 from ftac_gym.sensors import SensorErrors
-from ftac_gym.spacecraft import Spacecraft, WheelArray
+from ftac_gym.spacecraft import Spacecraft
+from ftac_gym.wheels import WheelArray
 
 PERIOD = 0.1  # s
 CRAFT, STEPS = 300, 100

@@ -11,7 +11,7 @@ from ftac_gym import scenarios
 from ftac_gym.dynamics import Simulator
 from ftac_gym.episodes import Episodes
 from ftac_gym.faults import FaultSchedule, Outage
-from ftac_gym.spacecraft import WheelArray
+from ftac_gym.wheels import WheelArray
 
 FLAGSHIP = scenarios.get("flagship")
 NAMES = scenarios.names()

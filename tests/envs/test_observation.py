@@ -12,7 +12,8 @@ from ftac_gym.envs.observation import BOUND, TIERS, observation_layout
 from ftac_gym.faults import Bias, FaultSchedule, HardOver, LockInPlace, LossOfEffectiveness, Outage, fault_effect
 from ftac_gym.initial_state import InitialState
 from ftac_gym.references import MRPSinusoid, RateProfile
-from ftac_gym.spacecraft import Spacecraft, WheelArray
+from ftac_gym.spacecraft import Spacecraft
+from ftac_gym.wheels import WheelArray
 
 FLAGSHIP = scenarios.get("flagship")
 INERTIA = FLAGSHIP.spacecraft.inertia

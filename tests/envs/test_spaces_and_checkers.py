@@ -16,7 +16,8 @@ from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
 from ftac_gym.initial_state import InitialState
 from ftac_gym.scenario import RewardWeights
 from ftac_gym.serialization import to_plain
-from ftac_gym.spacecraft import Spacecraft, WheelArray
+from ftac_gym.spacecraft import Spacecraft
+from ftac_gym.wheels import WheelArray
 from ftac_gym.wrappers import ResidualPolicy
 
 IDS = ("SpacecraftFTC-v0", "SpacecraftFTCTracking-v0")

@@ -179,7 +179,7 @@ def test_fault_classes():
     assert fault_classes(SHORT.replace(faults=None).draw(0, 2)).tolist() == ["healthy"] * 2
     two = FaultSchedule((Bias(wheel=0, constant=0.1), Outage(wheel=2)))
     assert fault_classes(SHORT.replace(faults=two).draw(0, 1)).tolist() == ["2 wheels"]
-    several = SHORT.replace(faults=FaultDistribution((Outage(),), faulty_wheels=(0.0, 0.5, 0.5))).draw(0, 40)
+    several = SHORT.replace(faults=FaultDistribution((Outage(),), fault_counts=(0.0, 0.5, 0.5))).draw(0, 40)
     counts = (several.faults["kind"] > 0).any(axis=2).sum(axis=1)
     np.testing.assert_array_equal(fault_classes(several) == "2 wheels", counts == 2)
     np.testing.assert_array_equal(fault_classes(several) == "outage", counts == 1)

@@ -12,8 +12,8 @@ from ftac_gym.faults import (
     LockInPlace,
     LossOfEffectiveness,
     Outage,
-    no_faults,
 )
+from ftac_gym.faults.table import no_faults
 
 COUNT = 6000
 LIMITS = np.array([0.1, 0.2, 0.3, 0.4])
@@ -21,7 +21,8 @@ LIMITS = np.array([0.1, 0.2, 0.3, 0.4])
 
 def draw(source, count=COUNT, limits=LIMITS, seed=0):
     uniform = np.random.default_rng(seed).random((count, source.uniform_count(len(limits))))
-    return source.draw(uniform, limits)
+    switching = np.random.default_rng(seed + 1).random((count, source.switching_count))
+    return source.draw(uniform, switching, limits).wheels
 
 
 def only(*kinds, **fields):
@@ -40,8 +41,8 @@ def assert_shares(observed, expected):
 # --------------------------------------------------------------------------------------------------- who is struck
 
 
-def test_number_of_faulty_wheels_has_the_given_shares():
-    table = draw(only(Outage(), faulty_wheels=(1.0, 5.0, 3.0, 1.0)))
+def test_number_of_faults_has_the_given_shares():
+    table = draw(only(Outage(), fault_counts=(1.0, 5.0, 3.0, 1.0)))
     assert table.shape == (COUNT, 4, 1)
     faulty = (table["kind"][:, :, 0] != FaultKind.NONE).sum(axis=1)
     assert_shares(np.bincount(faulty, minlength=4), (1.0, 5.0, 3.0, 1.0))
@@ -50,7 +51,7 @@ def test_number_of_faulty_wheels_has_the_given_shares():
 def test_every_wheel_and_every_pair_is_equally_likely():
     single = draw(only(Outage()))["kind"][:, :, 0] != FaultKind.NONE
     assert_shares(single.sum(axis=0), np.ones(4))
-    double = draw(only(Outage(), faulty_wheels=(0.0, 0.0, 1.0)))["kind"][:, :, 0] != FaultKind.NONE
+    double = draw(only(Outage(), fault_counts=(0.0, 0.0, 1.0)))["kind"][:, :, 0] != FaultKind.NONE
     pairs = double @ (1 << np.arange(4))
     assert_shares(np.unique(pairs, return_counts=True)[1], np.ones(6))
 
@@ -69,7 +70,7 @@ def test_kinds_are_equally_likely_without_weights():
 
 
 def test_two_faults_of_one_episode_are_drawn_independently():
-    table = draw(only(Bias(onset=(0.0, 10.0)), Outage(onset=(0.0, 10.0)), faulty_wheels=(0.0, 0.0, 1.0)))
+    table = draw(only(Bias(onset=(0.0, 10.0)), Outage(onset=(0.0, 10.0)), fault_counts=(0.0, 0.0, 1.0)))
     onset = table["onset"][:, :, 0]
     first, second = onset[np.isfinite(onset)].reshape(-1, 2).T
     assert abs(np.corrcoef(first, second)[0, 1]) < 0.07
@@ -85,9 +86,11 @@ def test_healthy_wheels_keep_the_healthy_record():
 
 
 def test_episodes_do_not_depend_on_how_many_are_drawn():
-    source = only(Bias(constant=(0.0, 0.1)), HardOver(), faulty_wheels=(0.2, 0.4, 0.4))
+    source = only(Bias(constant=(0.0, 0.1)), HardOver(), fault_counts=(0.2, 0.4, 0.4))
     uniform = np.random.default_rng(1).random((50, source.uniform_count(4)))
-    np.testing.assert_array_equal(source.draw(uniform, LIMITS)[7:9], source.draw(uniform[7:9], LIMITS))
+    none = np.zeros((50, 0))
+    many, two = source.draw(uniform, none, LIMITS), source.draw(uniform[7:9], none[7:9], LIMITS)
+    np.testing.assert_array_equal(many.wheels[7:9], two.wheels)
 
 
 # ------------------------------------------------------------------------------------------------ when and how much

@@ -15,11 +15,12 @@ from ftac_gym.faults import (
     LossOfEffectiveness,
     Outage,
     fault_effect,
-    no_faults,
 )
+from ftac_gym.faults.table import healthy
 from ftac_gym.initial_state import InitialState
 from ftac_gym.scenario import Scenario
-from ftac_gym.spacecraft import Spacecraft, WheelArray
+from ftac_gym.spacecraft import Spacecraft
+from ftac_gym.wheels import WheelArray
 
 STEP = 0.02  # s
 
@@ -27,15 +28,20 @@ STEP = 0.02  # s
 def effect_of(*faults, times, last=0.0, wheels=1):
     """Effectiveness and bias of wheel 0 at several times."""
     schedule = FaultSchedule(faults)
-    table = schedule.draw(np.zeros((1, schedule.uniform_count(wheels))), np.full(wheels, 0.2))
+    drawn = schedule.draw(np.zeros((1, schedule.uniform_count(wheels))), np.zeros((1, 0)), np.full(wheels, 0.2))
     times = np.atleast_1d(np.asarray(times, dtype=float))
-    effectiveness, bias = fault_effect(np.repeat(table, len(times), axis=0), times, np.full((len(times), wheels), last))
-    return effectiveness[:, 0], bias[:, 0]
+    drawn = drawn.take(np.zeros(len(times), dtype=int))
+    still, applied = np.zeros((len(times), wheels)), np.full((len(times), wheels), last)
+    effect = fault_effect(drawn, times, WheelArray(np.eye(3)[:, :wheels], 0.2), still, applied)
+    return effect.effectiveness[:, 0], effect.bias[:, 0]
 
 
 def test_healthy_wheels_obey():
-    effectiveness, bias = fault_effect(no_faults(3, 4), np.array([0.0, 1.0, 1e6]), np.ones((3, 4)))
-    assert np.all(effectiveness == 1.0) and np.all(bias == 0.0)
+    wheels, times = WheelArray.sign_pyramid(0.2, None), np.array([0.0, 1.0, 1e6])
+    effect = fault_effect(healthy(3, 4), times, wheels, np.ones((3, 4)), np.ones((3, 4)))
+    assert np.all(effect.effectiveness == 1.0) and np.all(effect.bias == 0.0) and np.all(effect.delay == 0)
+    assert np.all(effect.rate_bias == 0.0) and np.all(effect.attitude_turn == 0.0)
+    assert not effect.star_tracker_out.any()
 
 
 def test_a_fault_acts_from_onset_to_recovery():
@@ -102,9 +108,11 @@ def assert_plant_agrees(scenario, episodes, commands):
         last = simulator.state.wheel_torque.copy()
         # Which faults act is decided at the start of a step, so look just before its end.
         moment = np.full(len(episodes), (step + 1) * STEP - 1e-8)
-        effectiveness, bias = fault_effect(simulator.faults, moment, last)
+        effect = fault_effect(
+            simulator.faults, moment, scenario.spacecraft.wheels, simulator.state.wheel_momentum, last
+        )
         simulator.step(command)
-        expected = effectiveness * np.clip(command, -limits, limits) + bias
+        expected = effect.effectiveness * np.clip(command, -limits, limits) + effect.bias
         np.testing.assert_allclose(simulator.state.wheel_torque, expected, rtol=0.0, atol=2e-8)
 
 

@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 
-from ftac_gym.faults import Bias, FaultKind, FaultSchedule, HardOver, LossOfEffectiveness, Outage, no_faults
+from ftac_gym.faults import Bias, FaultKind, FaultSchedule, HardOver, LossOfEffectiveness, Outage
+from ftac_gym.faults.table import no_faults
 
 LIMITS = np.array([0.1, 0.2, 0.3, 0.4])
 
 
 def draw(schedule, count=20, seed=0):
     uniform = np.random.default_rng(seed).random((count, schedule.uniform_count(len(LIMITS))))
-    return schedule.draw(uniform, LIMITS)
+    return schedule.draw(uniform, np.zeros((count, 0)), LIMITS).wheels
 
 
 def test_every_episode_has_all_faults_on_their_wheels():
@@ -25,7 +26,7 @@ def test_several_faults_of_one_wheel_are_layers():
     schedule = FaultSchedule(
         (LossOfEffectiveness(wheel=1, effectiveness=0.4), Outage(wheel=0), Bias(wheel=1, constant=0.2), Bias(wheel=1))
     )
-    assert schedule.layers(4) == 3
+    assert schedule.layers() == 3
     table = draw(schedule)
     assert table.shape == (20, 4, 3)
     assert sorted(table["kind"][0, 1]) == [

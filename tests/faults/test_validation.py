@@ -15,7 +15,10 @@ from ftac_gym.faults import (
     LockInPlace,
     LossOfEffectiveness,
     Outage,
+    SensorFault,
+    WheelFault,
 )
+from ftac_gym.wheels import WheelArray
 
 KINDS = [Bias, HardOver, LockInPlace, LossOfEffectiveness, Outage]
 
@@ -96,8 +99,8 @@ def test_edge_values_are_accepted():
         (lambda: FaultDistribution(kinds=(Bias(), Outage()), weights=(1.0, -2.0)), "weights must be non-negative"),
         (lambda: FaultDistribution(kinds=(Bias(),), weights=(0.0,)), "weights must be .* with a positive sum"),
         (lambda: FaultDistribution(kinds=(Bias(),), weights=(math.nan,)), "weights must be non-negative"),
-        (lambda: FaultDistribution(kinds=(Bias(),), faulty_wheels=()), "faulty_wheels must be non-negative"),
-        (lambda: FaultDistribution(kinds=(Bias(),), faulty_wheels=(0.5, -0.1)), "faulty_wheels must be non-negative"),
+        (lambda: FaultDistribution(kinds=(Bias(),), fault_counts=()), "fault_counts must be non-negative"),
+        (lambda: FaultDistribution(kinds=(Bias(),), fault_counts=(0.5, -0.1)), "fault_counts must be non-negative"),
         (lambda: FaultSchedule(("outage",)), "faults must hold Fault objects"),
         (lambda: FaultSchedule((Outage(),)), "faults must each name a wheel"),
     ],
@@ -107,27 +110,28 @@ def test_source_rules(build, message):
         build()
 
 
-def test_more_faulty_wheels_than_wheels_are_refused():
-    source = FaultDistribution(kinds=(Outage(),), faulty_wheels=(0.0, 0.0, 0.0, 1.0))
-    source.check(3)
-    with pytest.raises(ValueError, match="faulty_wheels must not exceed the 2 wheels of the craft"):
-        source.check(2)
+def test_more_fault_counts_than_wheels_are_refused():
+    source = FaultDistribution(kinds=(Outage(),), fault_counts=(0.0, 0.0, 0.0, 1.0))
+    source.check(WheelArray(np.eye(3), 0.2))
+    with pytest.raises(ValueError, match="fault_counts must not exceed the 2 wheels of the craft"):
+        source.check(WheelArray(np.eye(3)[:, :2], 0.2))
 
 
 def test_a_scheduled_wheel_that_does_not_exist_is_refused():
-    FaultSchedule((Outage(wheel=3),)).check(4)
+    FaultSchedule((Outage(wheel=3),)).check(WheelArray.sign_pyramid(0.2, None))
     with pytest.raises(ValueError, match="wheel must be below the number of wheels, 4"):
-        FaultSchedule((Outage(wheel=4),)).check(4)
+        FaultSchedule((Outage(wheel=4),)).check(WheelArray.sign_pyramid(0.2, None))
 
 
 def test_hard_over_needs_a_torque_limit():
     with pytest.raises(ValueError, match="HardOver needs wheels with a torque limit"):
-        FaultSchedule((HardOver(wheel=0),)).draw(np.zeros((1, 12)), np.array([np.inf]))
+        FaultSchedule((HardOver(wheel=0),)).draw(np.zeros((1, 14)), np.zeros((1, 0)), np.array([np.inf]))
 
 
 def test_the_base_class_is_no_fault():
-    with pytest.raises((NotImplementedError, ValueError)):
-        FaultSchedule((Fault(wheel=0),)).draw(np.zeros((1, 12)), np.array([1.0]))
+    for base in (Fault(), WheelFault(wheel=0), SensorFault()):
+        with pytest.raises(ValueError, match="faults must hold Fault objects of a concrete kind"):
+            FaultSchedule((base,))
 
 
 def test_kinds_have_distinct_labels():

@@ -1,0 +1,40 @@
+"""Compiled entry points whose pieces lie in several files."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from numba import njit
+
+CONTRACT = {"contract"}
+"""Fused multiply-add only: it is as exact as separate operations, and no reordering is allowed."""
+
+piece = njit(inline="always", error_model="numpy", fastmath=CONTRACT)
+"""Decorator of a function that is compiled into the entry points that call it."""
+
+
+def entry_point(*modules: ModuleType) -> Callable[[Callable[..., Any]], Any]:
+    """Return a decorator that compiles a function, and keeps the result on disk for as long as no source changes.
+
+    Numba's own cache watches the file of the function alone: after a change in another file it would go on running the
+    old machine code of the pieces that come from there.
+
+    Parameters
+    ----------
+    *modules
+        The other modules of this package whose compiled pieces the function calls, directly or not.
+    """
+
+    def decorate(function: Callable[..., Any]) -> Any:
+        dispatcher = njit(cache=True, nogil=True, error_model="numpy", fastmath=CONTRACT)(function)
+        index = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
+        if index is not None:  # With NUMBA_DISABLE_JIT there is nothing to cache.
+            sources = b"".join(Path(str(module.__file__)).read_bytes() for module in modules)
+            index._source_stamp = (index._source_stamp, hashlib.sha256(sources).hexdigest())
+        return dispatcher
+
+    return decorate

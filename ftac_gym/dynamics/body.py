@@ -1,0 +1,107 @@
+"""Compiled rigid body: external torque, inertia, Euler's equation and kinematics."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from ftac_gym.compiling import piece
+
+
+@piece
+def fill_disturbance(torque: Any, steady: Any, harmonics: Any, time: float, step: float) -> None:
+    """Write the external torque at every half step, (2 * substeps + 1, 3) [N m], before any scaling with the rate.
+
+    The sine and cosine of a harmonic advance by a fixed rotation, which costs four multiplications instead of two
+    transcendental functions; both restart from exact values at every call.
+    """
+    for stage in range(torque.shape[0]):
+        torque[stage, 0] = steady.constant[0]
+        torque[stage, 1] = steady.constant[1]
+        torque[stage, 2] = steady.constant[2]
+    for index in range(harmonics.shape[0]):
+        harmonic = harmonics[index]
+        turn = 0.5 * step * harmonic.frequency
+        turn_sine, turn_cosine = math.sin(turn), math.cos(turn)
+        sine, cosine = math.sin(harmonic.frequency * time), math.cos(harmonic.frequency * time)
+        for stage in range(torque.shape[0]):
+            torque[stage, 0] += harmonic.sine[0] * sine + harmonic.cosine[0] * cosine
+            torque[stage, 1] += harmonic.sine[1] * sine + harmonic.cosine[1] * cosine
+            torque[stage, 2] += harmonic.sine[2] * sine + harmonic.cosine[2] * cosine
+            sine, cosine = sine * turn_cosine + cosine * turn_sine, cosine * turn_cosine - sine * turn_sine
+
+
+@piece
+def inertia_at(record: Any, varying: bool, rate_torque: bool, time: float) -> Any:
+    """Inertia (xx, yy, zz, xy, xz, yz), its inverse in the same order, and J' (xx, yy, zz) if it makes a torque."""
+    xx, yy, zz = record.constant[0, 0], record.constant[1, 1], record.constant[2, 2]
+    xy, xz, yz = record.constant[0, 1], record.constant[0, 2], record.constant[1, 2]
+    change_x, change_y, change_z = 0.0, 0.0, 0.0
+    if varying:
+        angle_x = record.frequency[0] * time + record.phase[0]
+        angle_y = record.frequency[1] * time + record.phase[1]
+        angle_z = record.frequency[2] * time + record.phase[2]
+        xx += record.amplitude[0] * math.sin(angle_x)
+        yy += record.amplitude[1] * math.sin(angle_y)
+        zz += record.amplitude[2] * math.sin(angle_z)
+        if rate_torque:
+            change_x = record.amplitude[0] * record.frequency[0] * math.cos(angle_x)
+            change_y = record.amplitude[1] * record.frequency[1] * math.cos(angle_y)
+            change_z = record.amplitude[2] * record.frequency[2] * math.cos(angle_z)
+    minor_x, minor_y, minor_z = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
+    scale = 1.0 / (xx * minor_x + xy * minor_y + xz * minor_z)
+    inverse = (
+        scale * minor_x,
+        scale * (xx * zz - xz * xz),
+        scale * (xx * yy - xy * xy),
+        scale * minor_y,
+        scale * minor_z,
+        scale * (xy * xz - xx * yz),
+    )
+    return (xx, yy, zz, xy, xz, yz), inverse, (change_x, change_y, change_z)
+
+
+@piece
+def angular_acceleration(w: Any, stored: Any, wheel: Any, external: Any, body: Any, steady: Any) -> Any:
+    """Euler's equation: J w' = -w x (J w + stored) + wheel + external - J' w, all in body axes.
+
+    ``external`` is multiplied by (|w|^2 + c) where the disturbance asks for it.
+    """
+    inertia, inverse, change = body
+    momentum_x = inertia[0] * w[0] + inertia[3] * w[1] + inertia[4] * w[2] + stored[0]
+    momentum_y = inertia[3] * w[0] + inertia[1] * w[1] + inertia[5] * w[2] + stored[1]
+    momentum_z = inertia[4] * w[0] + inertia[5] * w[1] + inertia[2] * w[2] + stored[2]
+    scale = 1.0
+    if steady.rate_scaled > 0.5:
+        scale = w[0] * w[0] + w[1] * w[1] + w[2] * w[2] + steady.rate_offset
+    x = wheel[0] + scale * external[0] - (w[1] * momentum_z - w[2] * momentum_y) - change[0] * w[0]
+    y = wheel[1] + scale * external[1] - (w[2] * momentum_x - w[0] * momentum_z) - change[1] * w[1]
+    z = wheel[2] + scale * external[2] - (w[0] * momentum_y - w[1] * momentum_x) - change[2] * w[2]
+    return (
+        inverse[0] * x + inverse[3] * y + inverse[4] * z,
+        inverse[3] * x + inverse[1] * y + inverse[5] * z,
+        inverse[4] * x + inverse[5] * y + inverse[2] * z,
+    )
+
+
+@piece
+def twice_attitude_rate(q: Any, w: Any) -> Any:
+    """Quaternion kinematics 2 q' = q (x) [0, w]."""
+    return (
+        -q[1] * w[0] - q[2] * w[1] - q[3] * w[2],
+        q[0] * w[0] + q[2] * w[2] - q[3] * w[1],
+        q[0] * w[1] + q[3] * w[0] - q[1] * w[2],
+        q[0] * w[2] + q[1] * w[1] - q[2] * w[0],
+    )
+
+
+@piece
+def add3(a: Any, factor: float, b: Any) -> Any:
+    """Return a + factor b for triples."""
+    return a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]
+
+
+@piece
+def add4(a: Any, factor: float, b: Any) -> Any:
+    """Return a + factor b for quadruples."""
+    return a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2], a[3] + factor * b[3]

@@ -1,0 +1,140 @@
+"""Compiled evaluation of the fault tables: what acts, how much of it, and what that does to a wheel.
+
+Which faults act is decided at the start of a physics step and holds for the whole of it, and a fault that grows or
+shrinks does so in a straight line across the step: within a step everything is smooth, and the integrator keeps its
+order.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from ftac_gym.compiling import piece
+
+# Two times closer than this are the same time: it absorbs rounding in t = step * period [s].
+TIME_TOLERANCE = 1e-9
+
+
+@piece
+def acts(fault: Any, switches: Any, i: int, time: float) -> bool:
+    """Whether a fault of craft i acts at a time [s]; ``switches`` (N, chains, FLIPS) are the switching times."""
+    since = time - fault.onset
+    if since < -TIME_TOLERANCE or time >= fault.recovery - TIME_TOLERANCE:
+        return False
+    if fault.period > 0.0:
+        since = max(since, 0.0)
+        in_period = since - math.floor((since + TIME_TOLERANCE) / fault.period) * fault.period
+        if in_period >= fault.on_time - TIME_TOLERANCE:
+            return False
+    if fault.chain >= 0:
+        flips = 0
+        while flips < switches.shape[2] and switches[i, fault.chain, flips] <= time + TIME_TOLERANCE:
+            flips += 1
+        return flips % 2 == 0
+    return True
+
+
+@piece
+def part_at(fault: Any, time: float) -> float:
+    """Which part of an acting fault is there at a time [s], in [0, 1]."""
+    part = 1.0
+    if fault.rise > 0.0:
+        part = min(max((time - fault.onset) / fault.rise, 0.0), 1.0)
+    if fault.fall > 0.0:
+        part = min(part, max((fault.recovery - time) / fault.fall, 0.0))
+    return part
+
+
+@piece
+def effectiveness_at(fault: Any, part: float, time: float) -> float:
+    """Effectiveness under an acting fault of which a part is there, at a time of the episode [s]."""
+    whole = fault.effectiveness
+    if fault.effectiveness_amplitude != 0.0:
+        angle = fault.effectiveness_frequency * time + fault.effectiveness_phase
+        whole += fault.effectiveness_amplitude * math.sin(angle)
+    return 1.0 + part * (whole - 1.0) if part < 1.0 else whole
+
+
+@piece
+def bias_at(fault: Any, part: float, since: float) -> float:
+    """Bias torque [N m] of an acting fault of which a part is there, ``since`` seconds after its onset."""
+    bias = fault.bias + fault.bias_slope * since
+    if fault.bias_amplitude != 0.0:
+        swing = fault.bias_amplitude * math.sin(fault.bias_frequency * since + fault.bias_phase)
+        bias += swing * since**fault.bias_exponent if fault.bias_exponent != 0.0 else swing
+    return part * bias
+
+
+@piece
+def untouched(faults: Any, i: int, j: int, begin: float, end: float) -> bool:
+    """Whether no fault of wheel j of craft i can act between two times [s]."""
+    touched = False
+    for layer in range(faults.shape[2]):
+        touched |= faults[i, j, layer].onset < end and faults[i, j, layer].recovery > begin
+    return not touched
+
+
+@piece
+def constant_signals(faults: Any, i: int, j: int, begin: float, end: float) -> Any:
+    """Signals of wheel j of craft i that do not change between two times [s].
+
+    Returns
+    -------
+    Whether they are constant at all; whether the wheel is locked; its delay [control periods], effectiveness, bias
+    [N m], factors on the dry friction forward and backward, and brake [N m].
+    """
+    locked, delay, effectiveness, bias = False, 0, 1.0, 0.0
+    forward, backward, brake = 1.0, 1.0, 0.0
+    constant = True
+    for layer in range(faults.shape[2]):
+        fault = faults[i, j, layer]
+        if fault.onset >= end or fault.recovery <= begin:
+            continue
+        switches = fault.onset > begin or fault.recovery < end or fault.period > 0.0 or fault.chain >= 0
+        grows = begin < fault.onset + fault.rise or end > fault.recovery - fault.fall
+        varies = fault.effectiveness_amplitude != 0.0 or fault.bias_amplitude != 0.0 or fault.bias_slope != 0.0
+        if switches or grows or varies:
+            constant = False
+        locked = locked or fault.locked > 0.5
+        delay = max(delay, fault.delay)
+        effectiveness *= fault.effectiveness
+        bias += fault.bias
+        forward *= fault.friction_forward
+        backward *= fault.friction_backward
+        brake += fault.brake
+    return constant, locked, delay, effectiveness, bias, forward, backward, brake
+
+
+@piece
+def step_signals(faults: Any, switches: Any, i: int, j: int, time: float, step: float) -> Any:
+    """Signals of wheel j of craft i over one physics step.
+
+    Returns
+    -------
+    Whether the wheel is locked; its delay [control periods]; effectiveness at the start, the middle and the end; bias
+    [N m] likewise; the factors on its dry friction forward and backward, and the brake [N m], in the middle.
+    """
+    locked, delay = False, 0
+    start, middle, end = 1.0, 1.0, 1.0
+    bias_start, bias_middle, bias_end = 0.0, 0.0, 0.0
+    forward, backward, brake = 1.0, 1.0, 0.0
+    for layer in range(faults.shape[2]):
+        fault = faults[i, j, layer]
+        if not acts(fault, switches, i, time):
+            continue
+        since = max(time - fault.onset, 0.0)
+        part_start, part_end = part_at(fault, time), part_at(fault, time + step)
+        part_middle = 0.5 * (part_start + part_end)
+        locked = locked or fault.locked > 0.5
+        delay = max(delay, fault.delay)
+        start *= effectiveness_at(fault, part_start, time)
+        middle *= effectiveness_at(fault, part_middle, time + 0.5 * step)
+        end *= effectiveness_at(fault, part_end, time + step)
+        bias_start += bias_at(fault, part_start, since)
+        bias_middle += bias_at(fault, part_middle, since + 0.5 * step)
+        bias_end += bias_at(fault, part_end, since + step)
+        forward *= 1.0 + part_middle * (fault.friction_forward - 1.0)
+        backward *= 1.0 + part_middle * (fault.friction_backward - 1.0)
+        brake += fault.brake
+    return locked, delay, start, middle, end, bias_start, bias_middle, bias_end, forward, backward, brake

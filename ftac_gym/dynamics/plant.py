@@ -1,0 +1,147 @@
+"""The compiled plant: wheels with faults, then the body, one craft after the other.
+
+Wheels do not feel the body (their momentum changes by the torque alone), so each control period first turns every wheel
+through all its physics steps, noting its torque at the three stage times of RK4, and then integrates the body with the
+sums. Flexible modes belong beside :func:`ftac_gym.dynamics.body.angular_acceleration`.
+
+Faults switch on and off only between physics steps: within a step the torque is smooth, and RK4 keeps its order.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ftac_gym.compiling import entry_point
+from ftac_gym.dynamics import body, fault_signals, wheel_table, wheels
+from ftac_gym.dynamics.body import add3, add4, angular_acceleration, fill_disturbance, inertia_at, twice_attitude_rate
+from ftac_gym.dynamics.fault_signals import constant_signals, untouched
+from ftac_gym.dynamics.wheels import turn_wheel
+
+
+@entry_point(body, fault_signals, wheels, wheel_table)
+def advance(
+    start: int,
+    stop: int,
+    attitude: Any,
+    rate: Any,
+    wheel_momentum: Any,
+    motor_torque: Any,
+    last_torque: Any,
+    ticks: Any,
+    command: Any,
+    past: Any,
+    array: Any,
+    coupled: bool,
+    inertia: Any,
+    rate_torque: bool,
+    faults: Any,
+    switches: Any,
+    steady: Any,
+    harmonics: Any,
+    step: float,
+    substeps: int,
+) -> None:
+    """Advance craft ``start`` to ``stop - 1`` by one control period, in place, by classical RK4.
+
+    Arrays (N craft, m wheels): ``attitude`` (N, 4), ``rate`` (N, 3) [rad/s], ``wheel_momentum`` (N, m) [N m s],
+    ``motor_torque`` and ``last_torque`` (N, m) [N m], ``ticks`` (N,) control periods since the start, ``command``
+    (N, m) [N m], ``past`` (N, D, m) the D commands before it, latest first (D may be zero if no fault delays),
+    ``array`` WHEEL (m,), ``inertia`` INERTIA (N,), ``faults`` FAULT (N, m, layers), ``switches``
+    (N, chains, FLIPS) [s], ``steady`` DISTURBANCE (N,), ``harmonics`` HARMONIC (N, K); ``step`` is the physics step
+    [s], of which a control period has ``substeps``.
+
+    A wheel that would pass its momentum limit within a step gives just the share of its torque that takes it there.
+    """
+    count = array.shape[0]
+    external = np.empty((2 * substeps + 1, 3))
+    actuation = np.empty((substeps, 9))
+    delays = past.shape[1]
+    period = step * substeps
+    for i in range(start, stop):
+        begin = ticks[i] * period
+        fill_disturbance(external, steady[i], harmonics[i], begin, step)
+        stored = (0.0, 0.0, 0.0)
+        total = (0.0, 0.0, 0.0)
+        actuation[:] = 0.0
+        for j in range(count):
+            wheel = array[j]
+            axis = (wheel.axis[0], wheel.axis[1], wheel.axis[2])
+            momentum = wheel_momentum[i, j]
+            if coupled:
+                stored = add3(stored, momentum, axis)
+            if wheel.ideal > 0.5:
+                torque = min(max(command[i, j], -wheel.torque_limit), wheel.torque_limit)
+                constant = True
+                if not untouched(faults, i, j, begin, begin + period):
+                    constant, locked, delay, effectiveness, bias, _, _, brake = constant_signals(
+                        faults, i, j, begin, begin + period
+                    )
+                    constant = constant and delay == 0 and brake == 0.0
+                    torque = last_torque[i, j] if locked else effectiveness * torque + bias
+                if constant:
+                    reached = momentum - period * torque
+                    if abs(reached) <= wheel.momentum_limit:
+                        total = add3(total, torque, axis)
+                        wheel_momentum[i, j] = reached
+                        last_torque[i, j] = torque
+                        continue
+            wheel_momentum[i, j], motor_torque[i, j], last_torque[i, j] = turn_wheel(
+                array, faults, switches, i, j, command[i, j], past, momentum, motor_torque[i, j], last_torque[i, j],
+                begin, step, substeps, actuation,
+            )  # fmt: skip
+        if delays > 0:
+            for j in range(count):
+                for age in range(delays - 1, 0, -1):
+                    past[i, age, j] = past[i, age - 1, j]
+                past[i, 0, j] = command[i, j]
+
+        q = (attitude[i, 0], attitude[i, 1], attitude[i, 2], attitude[i, 3])
+        w = (rate[i, 0], rate[i, 1], rate[i, 2])
+        amplitude = inertia[i].amplitude
+        varying = amplitude[0] != 0.0 or amplitude[1] != 0.0 or amplitude[2] != 0.0
+        body_1 = inertia_at(inertia[i], varying, rate_torque, begin)
+        body_2, body_4 = body_1, body_1
+        for substep in range(substeps):
+            if varying:
+                time = begin + substep * step
+                body_1 = inertia_at(inertia[i], varying, rate_torque, time)
+                body_2 = inertia_at(inertia[i], varying, rate_torque, time + 0.5 * step)
+                body_4 = inertia_at(inertia[i], varying, rate_torque, time + step)
+            external_1, external_2, external_4 = (
+                external[2 * substep],
+                external[2 * substep + 1],
+                external[2 * substep + 2],
+            )
+            wheel_1 = add3(total, 1.0, (actuation[substep, 0], actuation[substep, 1], actuation[substep, 2]))
+            wheel_2 = add3(total, 1.0, (actuation[substep, 3], actuation[substep, 4], actuation[substep, 5]))
+            wheel_4 = add3(total, 1.0, (actuation[substep, 6], actuation[substep, 7], actuation[substep, 8]))
+            stored_2, stored_3, stored_4 = stored, stored, stored
+            if coupled:
+                stored_2 = add3(stored, -0.5 * step, wheel_1)
+                stored_3 = add3(stored, -0.5 * step, wheel_2)
+                stored_4 = add3(stored, -step, wheel_2)
+
+            turn_1 = twice_attitude_rate(q, w)
+            spin_1 = angular_acceleration(w, stored, wheel_1, external_1, body_1, steady[i])
+            q_2, w_2 = add4(q, 0.25 * step, turn_1), add3(w, 0.5 * step, spin_1)
+            turn_2 = twice_attitude_rate(q_2, w_2)
+            spin_2 = angular_acceleration(w_2, stored_2, wheel_2, external_2, body_2, steady[i])
+            q_3, w_3 = add4(q, 0.25 * step, turn_2), add3(w, 0.5 * step, spin_2)
+            turn_3 = twice_attitude_rate(q_3, w_3)
+            spin_3 = angular_acceleration(w_3, stored_3, wheel_2, external_2, body_2, steady[i])
+            q_4, w_4 = add4(q, 0.5 * step, turn_3), add3(w, step, spin_3)
+            turn_4 = twice_attitude_rate(q_4, w_4)
+            spin_4 = angular_acceleration(w_4, stored_4, wheel_4, external_4, body_4, steady[i])
+            q = add4(q, step / 12.0, add4(add4(turn_1, 1.0, turn_4), 2.0, add4(turn_2, 1.0, turn_3)))
+            w = add3(w, step / 6.0, add3(add3(spin_1, 1.0, spin_4), 2.0, add3(spin_2, 1.0, spin_3)))
+            if coupled:
+                stored = add3(stored, -step / 6.0, add3(add3(wheel_1, 1.0, wheel_4), 4.0, wheel_2))
+        # RK4 keeps the norm to (rate * step)^6 a step; once a period suffices to keep it at rounding error.
+        norm = 1.0 / math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+        attitude[i, 0], attitude[i, 1] = norm * q[0], norm * q[1]
+        attitude[i, 2], attitude[i, 3] = norm * q[2], norm * q[3]
+        rate[i, 0], rate[i, 1], rate[i, 2] = w
+        ticks[i] += 1
