@@ -6,12 +6,23 @@ from collections.abc import Callable
 
 from ftac_gym.parameters import require
 from ftac_gym.scenario import Scenario
+from ftac_gym.scenarios import splits
 from ftac_gym.scenarios.flagship import flagship, flagship_tracking
+from ftac_gym.scenarios.shen_2019 import shen_2019
+from ftac_gym.scenarios.splits import SPLITS
 
 _BUILDERS: dict[str, Callable[[], Scenario]] = {
     "flagship": flagship,
+    "flagship_severe": splits.flagship_severe,
+    "flagship_unseen": splits.flagship_unseen,
+    "flagship_double": splits.flagship_double,
+    "flagship_plant": splits.flagship_plant,
+    "flagship_hardware": splits.flagship_hardware,
     "flagship_tracking": flagship_tracking,
+    "shen_2019": shen_2019,
 }
+
+__all__ = ["SPLITS", "get", "names"]
 
 
 def names() -> list[str]:

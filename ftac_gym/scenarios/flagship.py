@@ -2,7 +2,8 @@
 
 The spacecraft is that of Shen et al. 2019 (IEEE TIE 66(5)): a mid-size body with four 0.2 N m, 12 N m s wheels in a
 sign pyramid. The faults are weighted towards those that separate methods: bias, stuck torque and outage, striking while
-torque is needed; loss of effectiveness is there, but rarer.
+torque is needed; loss of effectiveness is there, but rarer. They come abruptly or little by little, for good or for a
+while, steadily or on and off. :mod:`ftac_gym.scenarios.splits` holds what the flagship is not.
 """
 
 from __future__ import annotations
@@ -10,7 +11,15 @@ from __future__ import annotations
 import math
 
 from ftac_gym.disturbances import Disturbance, Harmonic
-from ftac_gym.faults import Bias, FaultDistribution, HardOver, LockInPlace, LossOfEffectiveness, Outage
+from ftac_gym.faults import (
+    Bias,
+    DriftingEffectiveness,
+    FaultDistribution,
+    HardOver,
+    LockInPlace,
+    LossOfEffectiveness,
+    Outage,
+)
 from ftac_gym.inertia import InertiaUncertainty
 from ftac_gym.initial_state import InitialState
 from ftac_gym.references import MRPSinusoid
@@ -18,6 +27,9 @@ from ftac_gym.scenario import Scenario
 from ftac_gym.sensors import SensorErrors
 from ftac_gym.spacecraft import Spacecraft
 from ftac_gym.wheels import WheelArray
+
+ONSET = (2.0, 80.0)
+"""When faults strike [s]: during the slew, during settling, during fine pointing."""
 
 DEGREE = math.pi / 180.0
 DEGREE_PER_HOUR = DEGREE / 3600.0
@@ -31,22 +43,25 @@ def spacecraft() -> Spacecraft:
 
 def faults() -> FaultDistribution:
     """Return the training distribution: a tenth healthy, most with one faulty wheel, some with two."""
-    onset = (2.0, 80.0)  # s: during the slew, during settling, during fine pointing
+    onset = ONSET
     return FaultDistribution(
         kinds=(
             LossOfEffectiveness(onset=onset, effectiveness=(0.1, 0.8)),
             LossOfEffectiveness(
                 onset=onset, effectiveness=(0.3, 0.7), amplitude=(0.1, 0.3), frequency=(0.1, 2.0), phase=(0.0, 6.283)
             ),
+            DriftingEffectiveness(onset=onset, effectiveness=(0.0, 0.5), rise=(10.0, 60.0)),
             Bias(onset=onset, constant=(0.01, 0.1), random_sign=True),
+            Bias(onset=onset, constant=(0.03, 0.1), random_sign=True, duration=(10.0, 30.0)),
             Bias(onset=onset, slope=(2e-4, 1e-3), random_sign=True),
             Bias(onset=onset, amplitude=(0.02, 0.08), frequency=(0.05, 0.5), random_sign=True),
             Bias(onset=onset, constant=(0.03, 0.1), random_sign=True, period=(10.0, 30.0), on_time=(3.0, 10.0)),
             Outage(onset=onset),
+            Outage(onset=onset, duration=(10.0, 30.0)),
             LockInPlace(onset=onset),
             HardOver(onset=onset, fraction=(0.2, 0.5)),
         ),
-        weights=(1.0, 0.5, 2.0, 1.0, 1.0, 1.0, 1.5, 2.0, 1.0),
+        weights=(1.0, 0.5, 0.5, 1.5, 0.5, 1.0, 1.0, 1.0, 1.0, 0.5, 2.0, 1.0),
         fault_counts=(0.1, 0.75, 0.15),
     )
 
@@ -58,6 +73,16 @@ def disturbance() -> Disturbance:
     return Disturbance((constant,) * 3, (Harmonic((swing,) * 3, frequency=(1e-3, 0.02), phase=(phase,) * 3),))
 
 
+def sensors() -> SensorErrors:
+    """Return star tracker and gyros."""
+    return SensorErrors(
+        attitude_noise=0.005 * DEGREE,
+        rate_noise=5e-4 * DEGREE,
+        gyro_bias=(-1.0 * DEGREE_PER_HOUR, 1.0 * DEGREE_PER_HOUR),
+        gyro_bias_walk=1e-8,
+    )
+
+
 def flagship() -> Scenario:
     """Return the scenario of ``SpacecraftFTC-v0``."""
     return Scenario(
@@ -66,12 +91,7 @@ def flagship() -> Scenario:
         initial_state=InitialState(max_rate=1.0 * DEGREE, wheel_momentum=(-1.0, 1.0)),
         faults=faults(),
         disturbance=disturbance(),
-        sensors=SensorErrors(
-            attitude_noise=0.005 * DEGREE,
-            rate_noise=5e-4 * DEGREE,
-            gyro_bias=(-1.0 * DEGREE_PER_HOUR, 1.0 * DEGREE_PER_HOUR),
-            gyro_bias_walk=1e-8,
-        ),
+        sensors=sensors(),
         inertia_uncertainty=InertiaUncertainty(relative=0.1),
         control_period=0.1,
         physics_step=0.02,

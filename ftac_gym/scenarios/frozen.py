@@ -1,0 +1,91 @@
+"""Frozen test episodes of the flagship's splits: everyone is judged on exactly these.
+
+``frozen.json`` holds the seed of each split, how many episodes are drawn from it, how many of them are feasible, and
+their digest. ``python -m ftac_gym.scenarios.frozen`` writes it anew, which makes earlier results incomparable.
+"""
+
+from __future__ import annotations
+
+import json
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ftac_gym import scenarios
+from ftac_gym.episodes import Episodes
+from ftac_gym.parameters import require
+from ftac_gym.scenario import Scenario
+
+FEASIBLE = 500
+"""Feasible episodes of each list."""
+
+FIRST_SEED = 10_000
+"""Seed of the flagship's list; each split that follows has the next thousand. No training or tuning may use them."""
+
+_FILE = "frozen.json"
+
+
+def draw_feasible(scenario: Scenario, seed: int, feasible: int) -> Episodes:
+    """Draw episodes of a seed, from the first on, until so many of them are feasible.
+
+    Raises
+    ------
+    ValueError
+        If hardly any episode of the scenario is feasible.
+    """
+    count = feasible
+    while True:
+        episodes = scenario.draw(seed, count)
+        missing = feasible - int(episodes.feasible.sum())
+        if missing <= 0:
+            return first_feasible(episodes, feasible)
+        rule = f"must have more feasible episodes: {feasible - missing} of {count} drawn are"
+        require(count <= 20 * feasible, "scenario", rule, scenario.name)
+        count += missing
+
+
+def first_feasible(episodes: Episodes, feasible: int) -> Episodes:
+    """Return the first episodes, up to and with the feasible one of that number."""
+    return episodes[: int(np.flatnonzero(episodes.feasible)[feasible - 1]) + 1]
+
+
+def load(split: str, feasible: int = FEASIBLE) -> Episodes:
+    """Return the frozen episodes of a split.
+
+    Parameters
+    ----------
+    split
+        One of :data:`ftac_gym.scenarios.SPLITS`.
+    feasible
+        How many feasible episodes are wanted: the list up to that one. The infeasible ones on the way are in it too.
+
+    Raises
+    ------
+    ValueError
+        If the split is unknown, the list has fewer feasible episodes, or the episodes drawn are not the frozen ones.
+    """
+    known: dict[str, Any] = json.loads(resources.files(scenarios).joinpath(_FILE).read_text())
+    require(split in known, "split", f"must be one of {list(known)}", split)
+    entry = known[split]
+    require(1 <= feasible <= entry["feasible"], "feasible", f"must be within [1, {entry['feasible']}]", feasible)
+    episodes = scenarios.get(split).draw(entry["seed"], entry["count"])
+    rule = f"must be the frozen episodes of {split}, digest {entry['digest']}; scenario or drawing has changed, digest"
+    digest = episodes.digest()
+    require(digest == entry["digest"], "episodes", rule, digest)
+    return first_feasible(episodes, feasible)
+
+
+def freeze(path: Path) -> None:
+    """Draw the lists of all splits and write them to a file."""
+    lists = {}
+    for number, split in enumerate(scenarios.SPLITS):
+        seed = FIRST_SEED + 1_000 * number
+        episodes = draw_feasible(scenarios.get(split), seed, FEASIBLE)
+        lists[split] = {"seed": seed, "count": len(episodes), "feasible": FEASIBLE, "digest": episodes.digest()}
+    path.write_text(json.dumps(lists, indent=2) + "\n")
+
+
+if __name__ == "__main__":
+    freeze(Path(str(resources.files(scenarios).joinpath(_FILE))))

@@ -1,0 +1,115 @@
+"""The other splits of the flagship: the same task, each with something that training never shows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ftac_gym import wheel_catalogue
+from ftac_gym.faults import (
+    AttitudeSpike,
+    Bias,
+    CommandDelay,
+    FaultDistribution,
+    FrictionRise,
+    GyroBiasStep,
+    HardOver,
+    IntermittentShutdown,
+    LossOfEffectiveness,
+    Seizure,
+    StarTrackerOutage,
+)
+from ftac_gym.friction import Friction
+from ftac_gym.inertia import InertiaUncertainty
+from ftac_gym.layouts import sign_pyramid
+from ftac_gym.low_orbit import LowOrbitTorque
+from ftac_gym.scenario import Scenario
+from ftac_gym.scenarios.flagship import DEGREE, ONSET, faults, flagship, sensors, spacecraft
+from ftac_gym.spacecraft import Spacecraft
+from ftac_gym.wheels import WheelArray
+
+SPLITS = (
+    "flagship",
+    "flagship_severe",
+    "flagship_unseen",
+    "flagship_double",
+    "flagship_plant",
+    "flagship_hardware",
+)
+"""The flagship and its splits, in the order of tables."""
+
+_WHEEL = wheel_catalogue.get("hr12-12")
+
+
+def _with_wheels(wheels: WheelArray) -> Spacecraft:
+    return replace(spacecraft(), wheels=wheels)
+
+
+def flagship_severe() -> Scenario:
+    """Return the split with magnitudes beyond those of training."""
+    severe = FaultDistribution(
+        kinds=(
+            LossOfEffectiveness(onset=ONSET, effectiveness=(0.0, 0.1)),
+            Bias(onset=ONSET, constant=(0.1, 0.14), random_sign=True),
+            Bias(onset=ONSET, slope=(1e-3, 3e-3), random_sign=True),
+            Bias(onset=ONSET, amplitude=(0.08, 0.13), frequency=(0.05, 0.5), random_sign=True),
+            HardOver(onset=ONSET, fraction=(0.5, 0.75)),
+        ),
+        weights=(0.5, 1.5, 1.0, 1.0, 1.0),
+        fault_counts=(0.0, 0.7, 0.3),
+    )
+    return flagship().replace(name="flagship_severe", faults=severe)
+
+
+def flagship_unseen() -> Scenario:
+    """Return the split with fault kinds that training does not have: of wheels that rub, and of sensors."""
+    unseen = FaultDistribution(
+        kinds=(
+            FrictionRise(onset=ONSET, factor=(5.0, 20.0)),
+            FrictionRise(onset=ONSET, factor=(5.0, 20.0), direction="either"),
+            Seizure(onset=ONSET),
+            IntermittentShutdown(onset=ONSET, mean_acting=5.0, mean_resting=10.0),
+            CommandDelay(onset=ONSET),
+            GyroBiasStep(onset=ONSET, size=(0.002 * DEGREE, 0.02 * DEGREE)),
+            StarTrackerOutage(onset=ONSET, duration=(10.0, 60.0)),
+            AttitudeSpike(onset=ONSET, angle=(0.1 * DEGREE, 2.0 * DEGREE), period=(3.0, 10.0), on_time=(0.1, 0.3)),
+        ),
+        weights=(1.0, 1.0, 2.0, 2.0, 2.0, 1.0, 1.0, 1.0),
+    )
+    rubbing = replace(
+        spacecraft().wheels, spin_inertia=_WHEEL.spin_inertia, friction=Friction(_WHEEL.coulomb or 0.0)
+    )  # fmt: skip
+    return flagship().replace(name="flagship_unseen", spacecraft=_with_wheels(rubbing), faults=unseen)
+
+
+def flagship_double() -> Scenario:
+    """Return the split in which two wheels fail in every episode."""
+    return flagship().replace(name="flagship_double", faults=replace(faults(), fault_counts=(0.0, 0.0, 1.0)))
+
+
+def flagship_plant() -> Scenario:
+    """Return the split whose inertia is uncertain by 30 % instead of 10 %, and whose sensors are three times as bad."""
+    usual = sensors()
+    worse = replace(
+        usual,
+        attitude_noise=3.0 * usual.attitude_noise,
+        rate_noise=3.0 * usual.rate_noise,
+        gyro_bias=(-3.0 * DEGREE / 3600.0, 3.0 * DEGREE / 3600.0),
+        gyro_bias_walk=3.0 * usual.gyro_bias_walk,
+    )
+    return flagship().replace(
+        name="flagship_plant", inertia_uncertainty=InertiaUncertainty(relative=0.3), sensors=worse
+    )  # fmt: skip
+
+
+def flagship_hardware() -> Scenario:
+    """Return the split with real wheels, misaligned gyros and the torques of a low orbit.
+
+    The wheels are the catalogue's HR12 of 12 N m s, with a lag of 30 ms and 60 W, which no source gives.
+    """
+    wheels = _WHEEL.array(sign_pyramid(), lag=0.03, power_limit=60.0)
+    return flagship().replace(
+        name="flagship_hardware",
+        spacecraft=_with_wheels(wheels),
+        sensors=replace(sensors(), gyro_misalignment=0.1 * DEGREE),
+        disturbance=LowOrbitTorque(),
+    )
