@@ -15,7 +15,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import gymnasium as gym
@@ -95,6 +95,27 @@ def measure_plant(config: Config) -> None:
             elapsed = fastest(plant_call(simulator), max(20, 40_000 // craft), config.repeats)
             times[craft] = elapsed / craft / simulator.scenario.substeps * 1e9
         print(f"    {name:22s}" + "  ".join(f"N={craft}: {value:6.1f}" for craft, value in times.items()))
+
+
+def measure_wheels(config: Config) -> None:
+    """(g) Plant with every wheel effect on, and with all of them off, over the plant with ideal wheels."""
+    body = scenarios.get("flagship").spacecraft
+    real = scenarios.get("flagship_hardware").spacecraft
+    off = replace(body, wheels=replace(body.wheels, spin_inertia=real.wheels.spin_inertia))
+    calls = {
+        "ideal wheels": plant_call(ready(1024)),
+        "effects off": plant_call(ready(1024, spacecraft=off)),
+        "every effect": plant_call(ready(1024, spacecraft=real)),
+    }
+    times = dict.fromkeys(calls, float("inf"))
+    for _ in range(3):  # in turn, so that a change in the machine's speed hits all alike
+        for name, call in calls.items():
+            times[name] = min(times[name], fastest(call, 40, config.repeats))
+    ideal = times["ideal wheels"]
+    print(
+        f"(g) plant over plant with ideal wheels, N=1024: {times['every effect'] / ideal:.2f} with every wheel effect, "
+        f"{times['effects off'] / ideal:.2f} with all off; aims 2, 1"
+    )
 
 
 def measure_vector(config: Config) -> None:
@@ -249,6 +270,7 @@ def measure_start(config: Config) -> None:
 def main(config: Config) -> None:
     """Measure everything."""
     measure_plant(config)
+    measure_wheels(config)
     measure_vector(config)
     measure_single(config)
     if config.ppo:

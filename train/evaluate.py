@@ -1,4 +1,6 @@
-"""Compare policies on identical episodes: table, CSV files, plots and a report.
+"""Compare policies on identical episodes: tables by fault kind and by split, CSV files, plots and a report.
+
+The flagship and its splits are flown on their frozen test episodes.
 
 Finished batches are kept in the output folder, so that a killed evaluation goes on where it stopped.
 
@@ -7,6 +9,8 @@ Examples
     python train/evaluate.py
     python train/evaluate.py --policies agent pd_dob --episodes 200
     python train/evaluate.py --policies runs/my_run/agent agent pd_dob --reference agent
+    python train/evaluate.py --scenario flagship_hardware --splits
+    python train/evaluate.py --seed 3 --episodes 100
 """
 
 from __future__ import annotations
@@ -18,7 +22,6 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import tyro
 from rich.console import Console
 from rich.markup import escape
@@ -27,13 +30,14 @@ from rich.table import Table
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.episodes import Episodes
-from ftac_gym.evaluation import Estimate, Evaluation, Row, compare, evaluate, fault_classes, rollout
+from ftac_gym.evaluation import Evaluation, Row, compare, evaluate, fault_classes, rollout
 from ftac_gym.evaluation.agent import SHIPPED
-from ftac_gym.evaluation.compare import TABLE_METRICS
-from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, UNITS
+from ftac_gym.evaluation.gallery import fault_gallery
+from ftac_gym.evaluation.metrics import UNITS
 from ftac_gym.evaluation.plots import episode as draw_episode
 from ftac_gym.evaluation.plots import error_bands
-from ftac_gym.scenario import Scenario
+from ftac_gym.evaluation.tables import Cells, kind_table, markdown, metric_tables, split_table
+from ftac_gym.scenarios import SPLITS, frozen
 
 
 @dataclass(frozen=True)
@@ -45,15 +49,17 @@ class Config:
     reference: str = "pd_dob"
     """The policy that the others are compared with, episode by episode."""
     scenario: str = "flagship"
-    """Scenario."""
+    """Scenario of the tables of metrics and of the figures."""
+    splits: tuple[str, ...] = SPLITS[1:]
+    """Further scenarios for the tables by split and by fault kind; none if given without names."""
     episodes: int = 500
-    """Number of feasible episodes; the infeasible ones drawn on the way are flown too and counted apart."""
-    seed: int = 10_000
-    """Seed of the test split: neither training nor tuning uses it."""
+    """Feasible episodes of each scenario; the infeasible ones drawn on the way are flown too and counted apart."""
+    seed: int | None = None
+    """Seed of the episodes; by default the frozen lists of the flagship's splits, and 10000 for other scenarios."""
     detail: int | None = None
     """Episode to draw in detail; by default the first feasible one in which a bias strikes a settled craft."""
     output: Path = Path("results")
-    """Folder for the results; a folder for the scenario is made in it."""
+    """Folder for the results; each scenario has a folder in it."""
 
 
 def paths(policies: Sequence[str]) -> dict[str, str]:
@@ -69,102 +75,46 @@ def paths(policies: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def draw(scenario: Scenario, seed: int, feasible: int) -> Episodes:
-    """Draw episodes until so many of them are feasible."""
-    count = feasible
-    while True:
-        episodes = scenario.draw(seed, count)
-        missing = feasible - int(episodes.feasible.sum())
-        if missing <= 0:
-            return episodes
-        if count > 20 * feasible:
-            raise SystemExit(f"--scenario: too few episodes of {scenario.name} are feasible to draw {feasible}")
-        count += missing
+def draw(config: Config, name: str) -> Episodes:
+    """Return the episodes of a scenario."""
+    try:
+        if config.seed is None and name in SPLITS:
+            return frozen.load(name, config.episodes)
+        seed = frozen.FIRST_SEED if config.seed is None else config.seed
+        return frozen.draw_feasible(scenarios.get(name), seed, config.episodes)
+    except ValueError as error:
+        raise SystemExit(f"--episodes: {error}") from None
 
 
-def run(config: Config, scenario: Scenario, episodes: Episodes, folder: Path, console: Console) -> list[Evaluation]:
-    """Run all policies, with progress."""
-    columns = (TextColumn("{task.description:>12}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    evaluations = []
+def run(config: Config, drawn: dict[str, Episodes], console: Console) -> dict[str, list[Evaluation]]:
+    """Fly all policies through all scenarios, with progress."""
+    columns = (TextColumn("{task.description:>18}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    evaluations: dict[str, list[Evaluation]] = {}
     with Progress(*columns, console=console) as progress:
-        for name, policy in paths(config.policies).items():
-            task = progress.add_task(name, total=len(episodes))
-            evaluations.append(
+        for scenario, episodes in drawn.items():
+            task = progress.add_task(scenario, total=len(episodes) * len(config.policies))
+            evaluations[scenario] = [
                 evaluate(
-                    scenario,
+                    scenarios.get(scenario),
                     policy,
                     episodes,
                     name=name,
-                    folder=folder / "batches",
+                    folder=config.output / scenario / "batches",
                     progress=partial(progress.advance, task),
                 )
-            )
+                for name, policy in paths(config.policies).items()
+            ]
     return evaluations
 
 
-def number(value: Estimate) -> str:
-    """Format an estimate with its interval."""
-    if not value.count:
-        return "-"
-    point, low, high = (
-        f"{item:.0f}" if abs(item) >= 1000.0 else f"{item:.3g}" for item in (value.value, value.low, value.high)
-    )
-    return f"{point} [{low}, {high}]"
-
-
-def verdict(metric: str, difference: Estimate) -> str:
-    """Format a difference; a star marks an interval without zero, with the better sign named."""
-    if not difference.excludes_zero or not difference.count:
-        return number(difference)
-    better = (difference.value > 0.0) == (metric in HIGHER_IS_BETTER)
-    return f"{number(difference)} {'better' if better else 'worse'}"
-
-
-def tables(rows: list[Row], reference: str) -> tuple[list[list[str]], list[list[str]]]:
-    """Return the cells of the table of estimates and of the table of paired differences, headings first."""
-    heading = [f"{metric.replace('_', ' ')} [{UNITS[metric]}]" for metric in TABLE_METRICS]
-    estimates = [["policy", *heading]]
-    differences = [[f"minus {reference}", *heading]]
-    for row in rows:
-        estimates.append([row.policy, *(number(row.estimates[metric]) for metric in TABLE_METRICS)])
-        if row.differences:
-            differences.append([row.policy, *(verdict(metric, row.differences[metric]) for metric in TABLE_METRICS)])
-    return estimates, differences
-
-
-def class_table(evaluations: list[Evaluation], episodes: Episodes) -> list[list[str]]:
-    """Return success and settling time by what is wrong, infeasible episodes apart."""
-    classes = np.where(episodes.feasible, fault_classes(episodes), "infeasible")
-    order = sorted(set(classes.tolist()), key=lambda name: (name == "infeasible", name != "healthy", name))
-    cells = [["faults", "episodes", *(item.policy for item in evaluations)]]
-    for name in order:
-        chosen = classes == name
-        row = [name, str(int(chosen.sum()))]
-        for item in evaluations:
-            success, settling = item.metrics["success"][chosen].mean(), item.metrics["settling_time"][chosen]
-            row.append(f"{success:.2f}, {np.median(settling):.1f} s")
-        cells.append(row)
-    return cells
-
-
-def show(console: Console, cells: list[list[str]], title: str) -> None:
-    """Print a table with policies as columns: narrow enough for a terminal."""
+def show(console: Console, cells: Cells, title: str) -> None:
+    """Print a table."""
     table = Table(title=title)
-    for index, column in enumerate(zip(*([escape(cell) for cell in row] for row in cells), strict=True)):
-        if index == 0:
-            for heading in column:
-                table.add_column(heading, no_wrap=True)
-        else:
-            table.add_row(*column)
+    for index, heading in enumerate(cells[0]):
+        table.add_column(escape(heading), no_wrap=index == 0)
+    for row in cells[1:]:
+        table.add_row(*(escape(cell) for cell in row))
     console.print(table)
-
-
-def markdown(cells: list[list[str]]) -> str:
-    """Format cells as a Markdown table with policies as columns."""
-    columns = [list(column) for column in zip(*cells, strict=True)]
-    lines = ["| " + " | ".join(columns[0]) + " |", "|" + "---|" * len(columns[0])]
-    lines += ["| " + " | ".join(column) + " |" for column in columns[1:]]
-    return "\n".join(lines)
 
 
 def write_episodes(path: Path, evaluations: list[Evaluation], episodes: Episodes) -> None:
@@ -202,54 +152,66 @@ def main(config: Config) -> None:
     console = Console()
     if config.reference not in paths(config.policies):
         raise SystemExit(f"--reference: {config.reference!r} is not among the policies {list(config.policies)}")
-    if config.scenario not in scenarios.names():
-        raise SystemExit(f"--scenario: {config.scenario!r} is none of {scenarios.names()}")
-    scenario = scenarios.get(config.scenario)
-    episodes = draw(scenario, config.seed, config.episodes)
+    names = (config.scenario, *(name for name in config.splits if name != config.scenario))
+    for name in names:
+        if name not in scenarios.names():
+            raise SystemExit(f"--scenario: {name!r} is none of {scenarios.names()}")
+    drawn = {name: draw(config, name) for name in names}
+    scenario, episodes = scenarios.get(config.scenario), drawn[config.scenario]
     if config.detail is not None and not 0 <= config.detail < len(episodes):
         raise SystemExit(f"--detail: {config.detail} is none of the {len(episodes)} episodes")
-    feasible: npt.NDArray[np.bool_] = episodes.feasible
     folder = config.output / config.scenario
     folder.mkdir(parents=True, exist_ok=True)
-    drawn = f"{len(episodes)} episodes of {config.scenario}, seed {config.seed}, {int(feasible.sum())} of them feasible"
-    console.print(f"{drawn} (digest {episodes.digest()[:12]})")
-    evaluations = run(config, scenario, episodes, folder, console)
+    source = "frozen" if config.seed is None else f"seed {config.seed}"
+    lists = [
+        f"{name}: {len(item)} episodes ({source}), {int(item.feasible.sum())} of them feasible, "
+        f"digest {item.digest()[:12]}"
+        for name, item in drawn.items()
+    ]
+    console.print("\n".join(lists))
+    evaluations = run(config, drawn, console)
     console.print("bootstrap intervals ...")
-    rows = compare(evaluations, config.reference, feasible)
-    estimates, differences = tables(rows, config.reference)
-    by_class = class_table(evaluations, episodes)
-    wide = Console(width=max(console.width, 120))
-    show(wide, estimates, "feasible episodes: mean of success, interquartile mean of the rest, 95 % intervals")
-    show(wide, differences, f"mean paired difference to {config.reference}, 95 % intervals")
-    show(
-        wide,
-        [list(column) for column in zip(*by_class, strict=True)],
-        "by what is wrong: mean success, median settling time",
-    )
-    write_episodes(folder / "episodes.csv", evaluations, episodes)
-    write_summary(folder / "summary.csv", rows)
+    rows = {name: compare(items, config.reference, drawn[name].feasible) for name, items in evaluations.items()}
+    estimates, differences = metric_tables(rows[config.scenario], config.reference)
+    tables = {
+        f"{config.scenario}, feasible episodes: mean of success, interquartile mean of the rest, 95 % intervals": (
+            estimates
+        ),
+        f"mean paired difference to {config.reference}, 95 % intervals": differences,
+        "by split, feasible episodes: success, settling time, integrated error": split_table(rows, drawn),
+        "by what is wrong: mean success, median settling time": kind_table(evaluations, drawn),
+    }
+    wide = Console(width=max(console.width, 130))
+    for title, cells in tables.items():
+        show(wide, cells, title)
+    for name, items in evaluations.items():
+        write_episodes(config.output / name / "episodes.csv", items, drawn[name])
+        write_summary(config.output / name / "summary.csv", rows[name])
 
-    cone = float(np.degrees(scenario.success.angle))
-    error_bands(evaluations, scenario.control_period, cone, feasible).savefig(folder / "error_bands.png", dpi=120)
-    detail = config.detail if config.detail is not None else interesting(evaluations, episodes)
-    histories = {name: rollout(scenario, policy, episodes[detail]) for name, policy in paths(config.policies).items()}
+    console.print("figures ...")
+    cone, chosen = float(np.degrees(scenario.success.angle)), evaluations[config.scenario]
+    figure = error_bands(chosen, scenario.control_period, cone, episodes.feasible)
+    figure.savefig(folder / "error_bands.png", dpi=120)
+    detail = config.detail if config.detail is not None else interesting(chosen, episodes)
+    loaded = paths(config.policies)
+    histories = {name: rollout(scenario, policy, episodes[detail]) for name, policy in loaded.items()}
     draw_episode(histories).savefig(folder / "episode.png", dpi=110)
+    fault_gallery(scenario, loaded[config.reference]).savefig(folder / "fault_kinds.png", dpi=80)
     report = [
-        f"# {config.scenario}: {', '.join(item.policy for item in evaluations)}",
-        f"{drawn}. Same episodes for every policy; 95 % bootstrap intervals.",
-        "## Feasible episodes: mean of success, interquartile mean of the rest",
-        markdown(estimates),
-        f"## Mean paired difference to {config.reference}",
-        markdown(differences),
-        "## By what is wrong: mean success, median settling time",
-        markdown([list(column) for column in zip(*by_class, strict=True)]),
+        f"# {config.scenario}: {', '.join(config.policies)}",
+        "Same episodes for every policy; 95 % bootstrap intervals.",
+        "\n".join(f"- {line}" for line in lists),
+        *(part for title, cells in tables.items() for part in (f"## {title}", markdown(cells))),
         "## Pointing error",
         "![error bands](error_bands.png)",
         f"## Episode {detail}",
         "![episode](episode.png)",
+        f"## Every fault kind under {config.reference}",
+        "![fault kinds](fault_kinds.png)",
     ]
     (folder / "report.md").write_text("\n\n".join(report) + "\n")
-    console.print(f"wrote {folder}/report.md, episodes.csv, summary.csv, error_bands.png, episode.png")
+    pictures = "error_bands.png, episode.png, fault_kinds.png"
+    console.print(f"wrote {folder}/report.md, {pictures}, and episodes.csv and summary.csv for each scenario")
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ from ftac_gym.evaluation import evaluate, rollout
 from ftac_gym.evaluation.agent import Agent
 from ftac_gym.evaluation.compare import TABLE_METRICS
 from ftac_gym.evaluation.metrics import UNITS
+from ftac_gym.scenarios import frozen
 
 SCRIPTS = Path(__file__).parents[2] / "train"
 SHORT = scenarios.get("flagship").replace(duration=3.0)
@@ -216,37 +217,55 @@ def test_what_is_no_agent(tmp_path, whole):
 
 def test_evaluate(tmp_path):
     arguments = ("--policies", "pd", "pd_dob", "--reference", "pd", "--episodes", 6, "--output", tmp_path / "results")
-    result = run("evaluate.py", *arguments, folder=tmp_path)
+    result = run("evaluate.py", *arguments, "--splits", "flagship_unseen", folder=tmp_path)
     assert result.returncode == 0, result.stderr
+    assert "by split" in result.stdout and "flagship_unseen" in result.stdout
     folder = tmp_path / "results" / "flagship"
-    for name in ("error_bands.png", "episode.png"):
+    for name in ("error_bands.png", "episode.png", "fault_kinds.png"):
         assert (folder / name).read_bytes().startswith(b"\x89PNG") and (folder / name).stat().st_size > 10_000
     report = (folder / "report.md").read_text()
     assert report.startswith("# flagship: pd, pd_dob")
     assert "![episode](episode.png)" in report and "![error bands](error_bands.png)" in report
+    assert "![fault kinds](fault_kinds.png)" in report and "| flagship_unseen | 6 |" in report
     with (folder / "episodes.csv").open() as file:
         rows = list(csv.DictReader(file))
+    episodes = frozen.load("flagship", 6)
     assert [(row["policy"], int(row["episode"])) for row in rows] == [
-        (p, k) for p in ("pd", "pd_dob") for k in range(6)
+        (p, k) for p in ("pd", "pd_dob") for k in range(len(episodes))
     ]
-    scenario = scenarios.get("flagship")
-    metrics = rollout(scenario, "pd", scenario.draw(10_000, 6)).metrics()
+    metrics = rollout("flagship", "pd", episodes).metrics()
     for metric in UNITS:
-        written = [float(row[metric]) for row in rows[:6]]
+        written = [float(row[metric]) for row in rows[: len(episodes)]]
         np.testing.assert_allclose(written, metrics[metric], rtol=1e-4, atol=1e-9, err_msg=metric)
     with (folder / "summary.csv").open() as file:
         summary = {(row["policy"], row["metric"], row["kind"]): float(row["value"]) for row in csv.DictReader(file)}
     assert len(summary) == 3 * len(TABLE_METRICS)
-    feasible = scenario.draw(10_000, 6).feasible
-    assert summary["pd", "success", "estimate"] == pytest.approx(metrics["success"][feasible].mean())
+    assert summary["pd", "success", "estimate"] == pytest.approx(metrics["success"][episodes.feasible].mean())
+    with (tmp_path / "results" / "flagship_unseen" / "episodes.csv").open() as file:
+        assert {row["policy"] for row in csv.DictReader(file)} == {"pd", "pd_dob"}
     # A second call finds the finished batches and comes to the same.
     batches = {path: path.stat().st_mtime_ns for path in (folder / "batches").iterdir()}
     evaluation = module_of("evaluate")
     evaluation.main(
-        evaluation.Config(policies=("pd", "pd_dob"), reference="pd", episodes=6, output=tmp_path / "results")
+        evaluation.Config(
+            policies=("pd", "pd_dob"),
+            reference="pd",
+            splits=("flagship_unseen",),
+            episodes=6,
+            output=tmp_path / "results",
+        )
     )
     assert {path: path.stat().st_mtime_ns for path in (folder / "batches").iterdir()} == batches and len(batches) == 2
     assert (folder / "report.md").read_text() == report
+
+
+def test_evaluate_with_a_seed_draws_other_episodes(tmp_path):
+    evaluation = module_of("evaluate")
+    drawn = evaluation.draw(evaluation.Config(seed=3, episodes=5), "flagship")
+    assert drawn.feasible.sum() == 5
+    np.testing.assert_array_equal(drawn.faults, scenarios.get("flagship").draw(3, len(drawn)).faults)
+    with pytest.raises(SystemExit, match=r"--episodes: feasible must be within \[1, 500\], got 501"):
+        evaluation.draw(evaluation.Config(episodes=501), "flagship")
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,155 @@
+"""One episode of each fault kind under one policy, beside the same episode without the fault."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ftac_gym import attitude as attitudes
+from ftac_gym.dynamics import Simulator
+from ftac_gym.evaluation.plots import COLORS, FLOOR
+from ftac_gym.evaluation.rollout import Rollout, rollout
+from ftac_gym.faults import (
+    KINDS,
+    AttitudeSpike,
+    Bias,
+    CommandDelay,
+    DriftingEffectiveness,
+    Fault,
+    FaultKind,
+    FaultSchedule,
+    FrictionRise,
+    GyroBiasStep,
+    HardOver,
+    IntermittentShutdown,
+    LockInPlace,
+    LossOfEffectiveness,
+    Outage,
+    Seizure,
+    SensorFault,
+    StarTrackerOutage,
+)
+from ftac_gym.friction import Friction
+from ftac_gym.initial_state import InitialState
+from ftac_gym.parameters import FloatArray, require
+from ftac_gym.scenario import Scenario
+
+ONSET, WHEEL = 8.0, 1
+"""When the fault strikes [s], in the middle of the slew, and which wheel."""
+
+_DEGREE = np.pi / 180.0
+
+
+def examples() -> dict[FaultKind, Fault]:
+    """Return a fault of each kind, strong enough to be seen."""
+    struck: dict[str, Any] = {"wheel": WHEEL, "onset": ONSET}
+    faults: tuple[Fault, ...] = (
+        LossOfEffectiveness(**struck, effectiveness=0.1),
+        DriftingEffectiveness(**struck, effectiveness=0.0, rise=30.0),
+        Bias(**struck, amplitude=0.08, frequency=0.3),
+        Outage(**struck),
+        LockInPlace(**struck),
+        HardOver(**struck, fraction=0.5, random_sign=False),
+        FrictionRise(**struck, factor=100.0, rise=30.0),
+        Seizure(**struck, brake=2.0),
+        IntermittentShutdown(**struck),
+        CommandDelay(**struck, periods=3.0),
+        GyroBiasStep(onset=ONSET, size=0.05 * _DEGREE),
+        StarTrackerOutage(onset=ONSET, duration=60.0),
+        AttitudeSpike(onset=ONSET, angle=2.0 * _DEGREE, period=15.0, on_time=0.3),
+    )
+    shown = {fault.kind: fault for fault in faults}
+    missing = [kind.__name__ for kind in KINDS if kind.kind not in shown]
+    require(not missing, "examples", "must show every fault kind; missing", missing)
+    return shown
+
+
+def with_fault(scenario: Scenario, fault: Fault | None) -> Scenario:
+    """Return a scenario with a fixed slew of 100 deg, spinning wheels that rub, and one fault or none."""
+    axis = np.array([0.6, -0.48, 0.64])
+    start = attitudes.quaternion_from_rotation_vector(100.0 * _DEGREE * axis)
+    wheels = scenario.spacecraft.wheels
+    momentum = 0.25 * np.minimum(wheels.momentum_limits, 4.0) * np.resize([1.0, -1.0], wheels.count)
+    rubbing = replace(wheels, spin_inertia=wheels.spin_inertia or 0.02, friction=wheels.friction or Friction(5e-4))
+    return scenario.replace(
+        spacecraft=replace(scenario.spacecraft, wheels=rubbing),
+        initial_state=InitialState.fixed(attitude=start.tolist(), wheel_momentum=momentum.tolist()),
+        faults=None if fault is None else FaultSchedule((fault,)),
+    )
+
+
+def sensor_error(history: Rollout) -> tuple[FloatArray, FloatArray]:
+    """Return the errors of the measured attitude [deg] and of the measured rate [deg/s] of a rollout's first craft.
+
+    The flight is repeated from its commands: a rollout records the truth.
+    """
+    simulator = Simulator(history.scenario, 1)
+    simulator.reset(history.episodes[0])
+    attitude, rate = np.empty(len(history.time)), np.empty(len(history.time))
+    for step in range(len(history.time)):
+        if step > 0:
+            simulator.step(history.command[step - 1, :1])
+        measured, state = simulator.measurement(), simulator.state
+        attitude[step] = attitudes.angle_between(measured.attitude, state.attitude)[0]
+        rate[step] = np.linalg.norm(measured.rate[0] - state.rate[0])
+    return np.degrees(attitude), np.degrees(rate)
+
+
+def fault_gallery(scenario: Scenario, policy: Any, seed: int = 0) -> Figure:
+    """Draw an episode of each fault kind.
+
+    Each kind has two panels: the pointing error with the fault and without it, and what is wrong: command and applied
+    torque of the struck wheel, or the error of the sensors.
+
+    Parameters
+    ----------
+    scenario
+        Whose spacecraft, sensors and timing are flown.
+    policy
+        See :func:`~ftac_gym.evaluation.rollout.resolve_policy`.
+    seed
+        Seed of what is random besides: noise, inertia, disturbance.
+    """
+    healthy = rollout(with_fault(scenario, None), policy, seed=seed)
+    faults = examples()
+    columns = 3
+    rows = -(-len(faults) // columns)
+    figure = Figure(figsize=(4.6 * columns, 3.5 * rows), layout="constrained")
+    grids: Any = np.ravel(np.asarray(figure.subfigures(rows, columns)))
+    for index, (part, (kind, fault)) in enumerate(zip(grids, faults.items(), strict=False)):
+        history = rollout(with_fault(scenario, fault), policy, seed=seed)
+        upper, lower = part.subplots(2, 1, sharex=True)
+        upper.set_title(kind.label, fontsize=10)
+        _draw_error(upper, {"without": healthy, "with the fault": history})
+        if isinstance(fault, SensorFault):
+            attitude, rate = sensor_error(history)
+            lower.plot(history.time, np.maximum(attitude, FLOOR), color=COLORS[0], label="attitude [deg]")
+            lower.plot(history.time, np.maximum(rate, FLOOR), color=COLORS[1], label="rate [deg/s]", linewidth=0.8)
+            lower.set(yscale="log", ylabel="sensor error")
+        else:
+            time = history.time[1:]
+            lower.plot(time, history.command[:, 0, WHEEL], color=COLORS[0], label="commanded", linewidth=0.8)
+            lower.plot(time, history.applied_torque[:, 0, WHEEL], color=COLORS[1], label="on the body", linewidth=0.8)
+            lower.set_ylabel("torque [N m]")
+        lower.legend(loc="lower right", fontsize=7)
+        lower.grid(alpha=0.3)
+        if index == 0:
+            upper.legend(loc="upper right", fontsize=7)
+        for panel in (upper, lower):
+            panel.axvline(ONSET, color="black", linestyle=":", linewidth=0.8)
+            panel.set_xlim(0.0, history.time[-1])
+        lower.set_xlabel("time [s]")
+    return figure
+
+
+def _draw_error(panel: Axes, histories: Mapping[str, Rollout]) -> None:
+    for (name, history), color in zip(histories.items(), ("0.6", COLORS[1]), strict=True):
+        error = np.maximum(np.degrees(history.attitude_error[:, 0]), FLOOR)
+        panel.plot(history.time, error, color=color, label=name, linewidth=1.0)
+    panel.set(yscale="log", ylabel="error [deg]", ylim=(FLOOR, 200.0))
+    panel.grid(alpha=0.3)

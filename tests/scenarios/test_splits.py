@@ -1,0 +1,99 @@
+"""The splits of the flagship: the same task, each with what training does not show and nothing else."""
+
+import numpy as np
+import pytest
+
+from ftac_gym import scenarios
+from ftac_gym.faults import FaultKind
+from ftac_gym.scenarios import SPLITS
+
+COUNT = 300
+TRAINING = scenarios.get("flagship")
+DRAWN = TRAINING.draw(0, 2000)
+
+
+def struck(episodes, kind):
+    return episodes.faults[episodes.faults["kind"] == kind]
+
+
+def outside(values, training):
+    """Whether all magnitudes lie beyond those of training, up to what 2000 episodes leave undrawn of a range."""
+    return np.abs(values).min() > 0.98 * np.abs(training).max()
+
+
+@pytest.mark.parametrize("split", SPLITS)
+def test_every_split_is_the_same_task(split):
+    scenario = scenarios.get(split)
+    assert scenario.name == split
+    for part in ("initial_state", "reference", "reward", "success", "duration", "control_period", "tumble_rate"):
+        assert getattr(scenario, part) == getattr(TRAINING, part), part
+    assert scenario.spacecraft.inertia == TRAINING.spacecraft.inertia
+    np.testing.assert_array_equal(scenario.spacecraft.wheels.axis_matrix, TRAINING.spacecraft.wheels.axis_matrix)
+    np.testing.assert_allclose(scenario.spacecraft.wheels.torque_limits, 0.2)
+    np.testing.assert_allclose(scenario.spacecraft.wheels.momentum_limits, 12.0)
+    assert 0.5 < scenario.draw(0, COUNT).feasible.mean() <= 1.0
+
+
+def test_training_has_all_four_profiles():
+    faults = DRAWN.faults[DRAWN.faults["kind"] > 0]
+    assert (faults["rise"] > 0.0).any() and np.isfinite(faults["recovery"]).any() and (faults["period"] > 0.0).any()
+    assert ((faults["rise"] == 0.0) & np.isinf(faults["recovery"]) & (faults["period"] == 0.0)).any()
+
+
+def test_severe_magnitudes_lie_outside_training():
+    severe = scenarios.get("flagship_severe").draw(0, COUNT)
+    for kind, fields in (
+        (FaultKind.BIAS, ("bias", "bias_slope", "bias_amplitude")),
+        (FaultKind.HARD_OVER, ("bias",)),
+    ):
+        for field in fields:
+            hard, usual = struck(severe, kind)[field], struck(DRAWN, kind)[field]
+            assert outside(hard[hard != 0.0], usual), field
+    weak = struck(severe, FaultKind.LOSS_OF_EFFECTIVENESS)["effectiveness"]
+    assert weak.max() < struck(DRAWN, FaultKind.LOSS_OF_EFFECTIVENESS)["effectiveness"].min() + 0.01
+    assert set(np.unique(severe.faults["kind"])) <= set(np.unique(DRAWN.faults["kind"]))
+
+
+def test_unseen_kinds_are_not_in_training():
+    unseen = scenarios.get("flagship_unseen").draw(0, COUNT)
+    wheels, sensors = set(np.unique(unseen.faults["kind"])) - {0}, set(np.unique(unseen.sensor_faults["kind"])) - {0}
+    assert not wheels & set(np.unique(DRAWN.faults["kind"])) and DRAWN.sensor_faults.shape[1] == 0
+    assert wheels == {
+        FaultKind.FRICTION_RISE, FaultKind.SEIZURE, FaultKind.INTERMITTENT_SHUTDOWN, FaultKind.COMMAND_DELAY,
+    }  # fmt: skip
+    assert sensors == {FaultKind.GYRO_BIAS_STEP, FaultKind.STAR_TRACKER_OUTAGE, FaultKind.ATTITUDE_SPIKE}
+
+
+def test_double_strikes_two_wheels_in_every_episode():
+    double = scenarios.get("flagship_double").draw(0, COUNT)
+    assert np.all((double.faults["kind"] > 0).any(axis=2).sum(axis=1) == 2)
+
+
+def test_plant_is_less_certain_and_noisier():
+    plant = scenarios.get("flagship_plant").draw(0, 2000)
+
+    def spread(episodes):
+        moments = np.diagonal(episodes.inertia["constant"], axis1=1, axis2=2)
+        return (moments / np.diag(TRAINING.spacecraft.inertia_matrix)).std(axis=0)
+
+    np.testing.assert_allclose(spread(plant) / spread(DRAWN), 3.0, rtol=0.1)
+    for name in ("attitude_noise", "rate_noise", "gyro_bias_walk"):
+        np.testing.assert_allclose(plant.sensors[name], 3.0 * DRAWN.sensors[name][0])
+    assert np.abs(plant.sensors["gyro_bias"]).max() == pytest.approx(
+        3.0 * np.abs(DRAWN.sensors["gyro_bias"]).max(), rel=0.01
+    )
+
+
+def test_hardware_has_real_wheels_and_a_real_environment():
+    scenario = scenarios.get("flagship_hardware")
+    wheels = scenario.spacecraft.wheels
+    for effect in ("spin_inertia", "speed_limit", "friction", "lag", "dead_band", "power_limit"):
+        assert getattr(wheels, effect) is not None, effect
+    episodes = scenario.draw(0, COUNT)
+    largest = np.linalg.norm(episodes.disturbance["constant"], axis=1)
+    largest += np.linalg.norm(np.hypot(episodes.harmonics["sine"], episodes.harmonics["cosine"]), axis=2).sum(axis=1)
+    assert largest.min() > 1e-6 and largest.max() < 4e-4
+    np.testing.assert_allclose(np.linalg.norm(episodes.sensors["gyro_misalignment"], axis=1), np.radians(0.1))
+    np.testing.assert_array_equal(
+        scenarios.get("flagship").draw(5, 50).faults, scenario.draw(5, 50).faults
+    )  # the faults of training
