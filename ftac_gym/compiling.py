@@ -33,7 +33,9 @@ def entry_point(*modules: ModuleType) -> Callable[[Callable[..., Any]], Any]:
         dispatcher = njit(cache=True, nogil=True, error_model="numpy", fastmath=CONTRACT)(function)
         index = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
         if index is not None:  # With NUMBA_DISABLE_JIT there is nothing to cache.
-            sources = b"".join(Path(str(module.__file__)).read_bytes() for module in modules)
+            # This file too: it says how all of them are compiled.
+            files = (__file__, *(str(module.__file__) for module in modules))
+            sources = b"".join(Path(file).read_bytes() for file in files)
             index._source_stamp = (index._source_stamp, hashlib.sha256(sources).hexdigest())
         return dispatcher
 

@@ -143,5 +143,6 @@ def _hash_numbers(state: hashlib._Hash, array: npt.NDArray[Any]) -> None:
         for name in array.dtype.names:
             _hash_numbers(state, array[name])
     else:
-        single = array.astype(np.float32) if array.dtype.kind == "f" else array
+        with np.errstate(over="ignore"):  # What single precision cannot hold counts as endless.
+            single = array.astype(np.float32) if array.dtype.kind == "f" else array
         state.update(np.ascontiguousarray(single).tobytes())

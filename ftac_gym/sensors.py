@@ -28,7 +28,7 @@ SENSOR = np.dtype(
     ]
 )
 """Per craft: noise [rad], noise [rad/s], initial bias [rad/s], random walk [rad/s per square root of second], and the
-rotation vector [rad] by which the gyros are turned against the body."""
+rotation vector [rad] by which the measured rate is turned in body axes."""
 
 
 @dataclass(frozen=True)

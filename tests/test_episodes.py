@@ -7,6 +7,7 @@ import pytest
 
 from ftac_gym import scenarios
 from ftac_gym.episodes import Episodes
+from ftac_gym.faults import CommandDelay, FaultDistribution, GyroBiasStep, IntermittentShutdown
 
 FLAGSHIP = scenarios.get("flagship")
 COUNT = 12
@@ -15,6 +16,11 @@ COUNT = 12
 @pytest.fixture(scope="module")
 def episodes():
     return FLAGSHIP.draw(7, COUNT)
+
+
+@pytest.fixture(scope="module")
+def faulty():
+    return faulty_in_every_way()
 
 
 def assert_same(first, second):
@@ -100,6 +106,19 @@ def test_other_files_are_refused(kind, tmp_path):
 # ---------------------------------------------------------------------------------------------------------- digests
 
 
+def faulty_in_every_way():
+    """Return episodes with faults of wheels and of sensors, and with random chains."""
+    kinds = (IntermittentShutdown(), GyroBiasStep(onset=(1.0, 2.0), duration=3.0, rise=0.5, fall=0.7), CommandDelay())
+    return FLAGSHIP.replace(faults=FaultDistribution(kinds, fault_counts=(0.0, 0.0, 0.0, 1.0))).draw(7, COUNT)
+
+
+def changed(number):
+    """Return the next number: in single precision if it is a fraction, as the digest tells no smaller change."""
+    if number.dtype.kind == "f":
+        return np.nextafter(number.astype(np.float32), np.float32(-np.inf))
+    return ~number if number.dtype.kind == "b" else number + number.dtype.type(1)
+
+
 def numbers_of(episodes):
     """Return (table, field) of every number in the tables; field None for plain arrays."""
     for name, array in episodes.arrays().items():
@@ -107,14 +126,32 @@ def numbers_of(episodes):
             yield name, field
 
 
-@pytest.mark.parametrize(("name", "field"), list(numbers_of(FLAGSHIP.draw(7, 1))))
-def test_digest_changes_with_any_number(episodes, name, field):
-    table = episodes.arrays()[name].copy()
+@pytest.mark.parametrize(("name", "field"), list(numbers_of(faulty_in_every_way())))
+@pytest.mark.parametrize("position", [0, -1])
+def test_digest_changes_with_any_number(faulty, name, field, position):
+    table = faulty.arrays()[name].copy()
     part = table if field is None else table[field]
+    assert part.size > 0
     numbers = np.ascontiguousarray(part).reshape(-1)
-    numbers.view(np.uint8)[-numbers.itemsize] ^= 1  # the lowest bit of the last number
+    numbers[position] = changed(numbers[position])
     part[...] = numbers.reshape(part.shape)
-    assert dataclasses.replace(episodes, **{name: table}).digest() != episodes.digest()
+    assert dataclasses.replace(faulty, **{name: table}).digest() != faulty.digest()
+
+
+def test_digest_does_not_see_the_last_bit_of_a_sine(faulty):
+    """The rate of a sine differs in its last digit from one machine to another."""
+    tables = {name: table.copy() for name, table in faulty.arrays().items()}
+    for name, field in (("initial", "rate"), ("harmonics", "cosine"), ("sensor_faults", "rate_bias")):
+        tables[name][field] = np.nextafter(tables[name][field], np.inf)
+    tables["switches"] = np.nextafter(tables["switches"], 0.0)
+    assert dataclasses.replace(faulty, **tables).digest() == faulty.digest()
+
+
+def test_digest_takes_a_huge_time_for_an_endless_one(faulty):
+    late = dataclasses.replace(faulty, faults=faulty.faults.copy())
+    assert np.isposinf(late.faults["recovery"]).all()
+    late.faults["recovery"] = 1e300
+    assert late.digest() == faulty.digest()
 
 
 def test_digest_changes_with_the_scenario_and_the_shape(episodes):

@@ -8,9 +8,29 @@ import pytest
 
 from ftac_gym import scenarios
 from ftac_gym.disturbances import Disturbance, Harmonic
-from ftac_gym.faults import Bias, FaultDistribution, FaultSchedule, HardOver, LockInPlace, LossOfEffectiveness, Outage
+from ftac_gym.faults import (
+    KINDS,
+    AttitudeSpike,
+    Bias,
+    CommandDelay,
+    DriftingEffectiveness,
+    FaultDistribution,
+    FaultSchedule,
+    FrictionRise,
+    GyroBiasStep,
+    HardOver,
+    IntermittentShutdown,
+    LockInPlace,
+    LossOfEffectiveness,
+    Outage,
+    Seizure,
+    StarTrackerOutage,
+    WheelFault,
+)
+from ftac_gym.friction import Friction
 from ftac_gym.inertia import InertiaUncertainty
 from ftac_gym.initial_state import InitialState
+from ftac_gym.low_orbit import LowOrbitTorque
 from ftac_gym.references import MRPSinusoid, RateProfile, SetPoints
 from ftac_gym.scenario import RewardWeights, Scenario, SuccessCriterion
 from ftac_gym.sensors import SensorErrors
@@ -20,8 +40,14 @@ from ftac_gym.wheels import WheelArray
 FLAGSHIP = scenarios.get("flagship")
 AXES = ((0.1, 0.2), -0.3, (0.0, 0.5))
 TIMING = {"onset": (1.0, 2.0), "recovery": (3.0, 4.0), "period": 0.5, "on_time": (0.1, 0.2)}
+SHAPE = {"onset": (1.0, 2.0), "duration": (3.0, 4.0), "rise": (0.1, 0.2), "fall": (0.3, 0.4)}
+CHAIN = {"onset": (1.0, 2.0), "mean_acting": 2.0, "mean_resting": 7.0}
+FRICTIONS = (Friction(0.01, 0.02, 0.3, 1e-4), None, Friction(0.03), Friction(0.04, viscous=1e-5))
+REAL = WheelArray(np.eye(3), 1, 2, False, (0.1, 0.2, 0.3), (4, 5, 6), FRICTIONS[:3], 0.03, (0.01, 0.02, 0.03), 60)
+RUBBING = WheelArray(FLAGSHIP.spacecraft.wheels.axes, 0.2, 12.0, spin_inertia=0.02, friction=FRICTIONS)
 PARTS = [  # every class with no field at its default
     {"spacecraft": Spacecraft(np.diag([1.0, 1.0, 9.0]), WheelArray(np.eye(3), (1, 2, 3), 4, False), True)},
+    {"spacecraft": Spacecraft(np.diag([1.0, 1.0, 1.0]), REAL)},
     {"initial_state": InitialState((0.6, 0.8, 0.0, 0.0), (0.1, 0.2), (0.1, 0.2, 0.3), 0.4, 0.0, (1.0, 2.0, 3.0, 4.0))},
     {"initial_state": InitialState(angle=1.0, max_rate=0.1, wheel_momentum=(-1.0, 1.0))},
     {"reference": SetPoints(((1.0, 0.0, 0.0, 0.0), (0.0, 0.6, 0.8, 0.0)), (0.0, 5.0))},
@@ -31,8 +57,26 @@ PARTS = [  # every class with no field at its default
     {"faults": FaultSchedule((LossOfEffectiveness(wheel=1, effectiveness=0.5, amplitude=0.1, frequency=2, phase=3),))},
     {"faults": FaultSchedule((Bias(wheel=0, constant=1, slope=2, amplitude=3, exponent=4, frequency=5, phase=6),))},
     {"faults": FaultSchedule((LockInPlace(wheel=2, **TIMING), HardOver(wheel=3, random_sign=False)))},
+    {"faults": FaultDistribution((Outage(**CHAIN), Bias(**SHAPE)), (0.3, 0.7), (0.1, 0.6, 0.3), severity=0.4)},
+    {"faults": FaultDistribution((GyroBiasStep(size=(0.1, 0.2), **SHAPE), StarTrackerOutage(**TIMING)))},
+    {
+        "faults": FaultSchedule(
+            (AttitudeSpike(angle=(0.1, 3.0), **CHAIN), CommandDelay(wheel=1, periods=(2, 4), onset=3))
+        )
+    },
+    {"faults": FaultSchedule((Seizure(wheel=0, brake=(1.1, 9.0), **CHAIN), IntermittentShutdown(wheel=1, **CHAIN)))},
+    {
+        "spacecraft": Spacecraft(np.diag([1.0, 1.0, 1.0]), RUBBING),
+        "faults": FaultSchedule(
+            (
+                FrictionRise(wheel=0, factor=(3, 4), direction="either", **SHAPE),
+                DriftingEffectiveness(wheel=0, effectiveness=(0.1, 0.3), onset=1.0, duration=8.0, rise=3.0, fall=2.0),
+            )
+        ),
+    },
+    {"disturbance": LowOrbitTorque(500e3, (0.1, 0.2), 1, 2, (3, 4), 0.5, 0.06, (0.7, 0.8), 0.9)},
     {"disturbance": Disturbance(AXES, (Harmonic(AXES, (0.1, 0.2), AXES), Harmonic(AXES, 0.3)), rate_offset=0.1)},
-    {"sensors": SensorErrors(1e-4, 1e-5, (-1e-6, 1e-6), 1e-8)},
+    {"sensors": SensorErrors(1e-4, 1e-5, (-1e-6, 1e-6), 1e-8, (0.001, 0.002))},
     {"inertia_uncertainty": InertiaUncertainty(0.1, np.eye(3), (1, 2, 3), (4, 5, 6), (7, 8, 9), True)},
     {"reward": RewardWeights(1, 2, 3, 4, 5, 6, 7), "success": SuccessCriterion(0.1, 0.2, 0.3), "tumble_rate": 2},
     {"control_period": 0.2, "physics_step": 0.05, "duration": 10, "name": "Prüfung"},
@@ -62,6 +106,22 @@ def test_every_class_survives_json(changes):
     scenario = FLAGSHIP.replace(**{"faults": None, "initial_state": InitialState(), **changes})
     again = Scenario.from_dict(json.loads(scenario.to_json()))
     assert again == scenario and again.to_json() == scenario.to_json()
+
+
+@pytest.mark.parametrize("source", ["distribution", "schedule"])
+def test_every_fault_kind_survives_json(source):
+    wheels = WheelArray(FLAGSHIP.spacecraft.wheels.axes, 0.2, 12.0, spin_inertia=0.02, friction=Friction(0.01))
+    placed = [{"wheel": index % 4} if issubclass(kind, WheelFault) else {} for index, kind in enumerate(KINDS)]
+    faults = (
+        FaultDistribution(tuple(kind(onset=(1.0, 9.0)) for kind in KINDS), fault_counts=(0.0, 0.0, 1.0), severity=0.7)
+        if source == "distribution"
+        else FaultSchedule(tuple(kind(onset=2.0, **where) for kind, where in zip(KINDS, placed, strict=True)))
+    )
+    spacecraft = Spacecraft(FLAGSHIP.spacecraft.inertia, wheels)
+    scenario = FLAGSHIP.replace(spacecraft=spacecraft, faults=faults, disturbance=LowOrbitTorque())
+    again = Scenario.from_dict(json.loads(scenario.to_json()))
+    assert again == scenario and again.to_json() == scenario.to_json()
+    assert again.draw(2, 30).digest() == scenario.draw(2, 30).digest()
 
 
 def test_rounding_does_not_change_a_scenario_in_json():
@@ -147,7 +207,7 @@ def test_timing_in_steps():
         ({"initial_state": None}, "initial_state must be a InitialState"),
         ({"reference": Outage(wheel=0)}, "reference must be a SetPoints or MRPSinusoid or RateProfile"),
         ({"faults": Outage(wheel=0)}, "faults must be a FaultDistribution or FaultSchedule or None"),
-        ({"disturbance": 0.1}, "disturbance must be a Disturbance or None"),
+        ({"disturbance": 0.1}, "disturbance must be a Disturbance or LowOrbitTorque or None"),
         ({"sensors": {"type": "Harmonic", "amplitude": [0, 0, 0], "frequency": 1}}, "sensors must be a SensorErrors"),
         ({"inertia_uncertainty": 0.1}, "inertia_uncertainty must be a InertiaUncertainty or None"),
         ({"reward": {"type": "Craft"}}, "type must be one of"),
@@ -168,11 +228,38 @@ def test_timing_in_steps():
             {"faults": FaultDistribution((Outage(),), fault_counts=(0.0,) * 5 + (1.0,))},
             "fault_counts must not exceed the 4 wheels",
         ),
+        (
+            {"faults": FaultSchedule((Outage(wheel=0, mean_acting=2.0, mean_resting=5.4),))},
+            r"mean_acting with mean_resting must add up to at least 7.5 s for this duration, got 2\.0",
+        ),
+        (
+            {"faults": FaultDistribution((AttitudeSpike(mean_acting=1.0, mean_resting=1.0),))},
+            "mean_acting with mean_re",
+        ),
+        ({"faults": FaultDistribution((Outage(), IntermittentShutdown())), "duration": 330.0}, "mean_acting with mean"),
+        ({"faults": FaultSchedule((FrictionRise(wheel=0),))}, "friction must be given"),
+        ({"faults": FaultDistribution((Outage(), FrictionRise()))}, "friction must be given"),
     ],
 )
 def test_rules(changes, message):
     with pytest.raises(ValueError, match=message):
         FLAGSHIP.replace(**changes)
+
+
+@pytest.mark.parametrize("friction", [Friction(viscous=1e-4), (Friction(0.01), None, Friction(0.01), Friction(0.01))])
+def test_friction_can_rise_only_where_it_is_dry(friction):
+    axes = FLAGSHIP.spacecraft.wheels.axes
+    rubbing = Spacecraft(FLAGSHIP.spacecraft.inertia, WheelArray(axes, 0.2, spin_inertia=0.02, friction=friction))
+    for faults in (FaultDistribution((FrictionRise(),)), FaultSchedule((FrictionRise(wheel=1),))):
+        with pytest.raises(ValueError, match="friction must be given, with a dry part, for the wheels"):
+            FLAGSHIP.replace(spacecraft=rubbing, faults=faults)
+    if isinstance(friction, tuple):
+        FLAGSHIP.replace(spacecraft=rubbing, faults=FaultSchedule((FrictionRise(wheel=0),)))
+
+
+def test_chains_at_the_edge_of_the_rule_are_accepted():
+    FLAGSHIP.replace(faults=FaultSchedule((Outage(wheel=0, mean_acting=2.0, mean_resting=5.5),)))
+    FLAGSHIP.replace(faults=FaultSchedule((Outage(wheel=0, mean_acting=1.0, mean_resting=1.0),)), duration=32.0)
 
 
 @pytest.mark.parametrize(("kind", "rule"), [(RewardWeights, "must not be negative"), (SuccessCriterion, "positive")])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ftac_gym import randomness
+from ftac_gym import randomness, references
 from ftac_gym.compiling import entry_point, piece
 from ftac_gym.dynamics import fault_signals
 from ftac_gym.dynamics.fault_signals import acts, part_at
@@ -112,7 +112,7 @@ def follow_rate(
         rate[i, axis], acceleration[i, axis] = sinusoid(record, axis, tick * period)[:2]
 
 
-@entry_point(fault_signals, randomness)
+@entry_point(fault_signals, randomness, references)
 def sense(
     craft: Any,
     attitude: Any,

@@ -203,6 +203,7 @@ class CoreAccess:
         if not isinstance(faults, FaultDistribution):
             raise ValueError(f"faults must be a FaultDistribution to have a severity, got {faults!r}")
         self.core.scenario = self.core.scenario.replace(faults=dataclasses.replace(faults, severity=severity))
+        self.core.simulator.scenario = self.core.scenario
 
     def measurement(self) -> Measurement:
         """Return what the craft measure now, always with the craft on the first axis: the input of baselines."""

@@ -46,4 +46,5 @@ class CommandDelay(WheelFault):
 
     def _fill(self, rows: npt.NDArray[np.void], uniform: FloatArray, torque_limit: FloatArray) -> None:
         low, high = bounds(self.periods)
-        rows["delay"] = np.floor(draw((low, high + 1.0), uniform[:, 0]))
+        # The minimum is for the deviate just below one, from which rounding would make a delay too long to remember.
+        rows["delay"] = np.minimum(np.floor(draw((low, high + 1.0), uniform[:, 0])), high)

@@ -29,9 +29,11 @@ def check_kinds(faults: tuple[Fault, ...], wheels: WheelArray) -> None:
     """Raise a ValueError if a fault asks for something that the wheels do not have."""
     for fault in faults:
         if isinstance(fault, FrictionRise):
-            rubbing = [entry is not None for entry in wheels.frictions]
+            # Viscous friction alone has no dry part that could grow.
+            rubbing = [entry is not None and (entry.breakaway or 0.0) > 0.0 for entry in wheels.frictions]
             struck = all(rubbing) if fault.wheel is None else rubbing[fault.wheel]
-            require(struck, "friction", "must be given for the wheels that a FrictionRise can strike", wheels.friction)
+            rule = "must be given, with a dry part, for the wheels that a FrictionRise can strike"
+            require(struck, "friction", rule, wheels.friction)
 
 
 @dataclass(frozen=True)
@@ -143,7 +145,8 @@ class FaultDistribution:
                 else:
                     assert isinstance(fault, SensorFault)
                     records = fault.draw(part)
-                soften(records, self.severity)
+                if fault.gradual:
+                    soften(records, self.severity)
                 if fault.random_chain:
                     records["chain"] = slot
                     switches[rows, slot] = fault.switching_times(records["onset"], chances[rows, slot])

@@ -102,7 +102,7 @@ def still(attitude, rate):
     """Return the measurement of N craft with the given attitude (N, 4) and rate (N, 3)."""
     count = len(attitude)
     identity, three, four = np.tile([1.0, 0, 0, 0], (count, 1)), np.zeros((count, 3)), np.zeros((count, 4))
-    return Measurement(np.zeros(count), attitude, rate, four, four, identity, three, three)
+    return Measurement(np.zeros(count), attitude, rate, four, four, np.ones(count, bool), identity, three, three)
 
 
 def noisy(attitude, size, random):

@@ -125,6 +125,7 @@ def test_turns_the_short_way_from_rest(name):
             zero,
             np.zeros((3, 4)),
             np.zeros((3, 4)),
+            np.ones(3, dtype=bool),
             np.tile([1.0, 0, 0, 0], (3, 1)),
             zero,
             zero,

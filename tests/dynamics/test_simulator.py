@@ -161,6 +161,8 @@ def test_measurement_has_one_row_per_craft_in_double_precision():
     widths |= {"reference_attitude": (4,), "reference_rate": (3,), "reference_acceleration": (3,)}
     for name, width in widths.items():
         assert getattr(measured, name).shape == (3, *width) and getattr(measured, name).dtype == np.float64
+    assert measured.star_tracker_valid.shape == (3,) and measured.star_tracker_valid.dtype == np.bool_
+    assert {*widths, "star_tracker_valid"} == {field.name for field in dataclasses.fields(measured)}
 
 
 def test_last_command_is_that_of_the_period_that_has_ended():

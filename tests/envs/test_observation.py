@@ -9,7 +9,19 @@ from ftac_gym import scenarios
 from ftac_gym.attitude import quaternion_error, rotate_to_body
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
 from ftac_gym.envs.observation import BOUND, TIERS, observation_layout
-from ftac_gym.faults import Bias, FaultSchedule, HardOver, LockInPlace, LossOfEffectiveness, Outage, fault_effect
+from ftac_gym.faults import (
+    AttitudeSpike,
+    Bias,
+    CommandDelay,
+    FaultSchedule,
+    GyroBiasStep,
+    HardOver,
+    LockInPlace,
+    LossOfEffectiveness,
+    Outage,
+    StarTrackerOutage,
+    fault_effect,
+)
 from ftac_gym.initial_state import InitialState
 from ftac_gym.references import MRPSinusoid, RateProfile
 from ftac_gym.spacecraft import Spacecraft
@@ -28,6 +40,10 @@ FAULTS = FaultSchedule(
         Outage(wheel=2, onset=1.0, recovery=2.0),
         LockInPlace(wheel=3, onset=1.2),
         HardOver(wheel=4, onset=0.7, fraction=0.3),
+        CommandDelay(wheel=0, onset=0.9, periods=3, recovery=3.0),
+        GyroBiasStep(onset=0.4, size=0.02, rise=1.0),
+        AttitudeSpike(onset=0.6, angle=(0.1, 0.5), period=1.0, on_time=0.3),
+        StarTrackerOutage(onset=1.1, duration=0.8),
     )
 )
 PROFILE = RateProfile(
@@ -99,9 +115,13 @@ class Recomputed:
         if self.tier != "attitude":
             scale = np.where(np.isfinite(self.wheels.momentum_limits), self.wheels.momentum_limits, 1.0)
             parts |= {"wheel_momentum": momentum / scale, "wheel_torque_residual": self.wheel_filtered / self.limits}
+            parts |= {"star_tracker_valid": measurement.star_tracker_valid.astype(float)}
         if self.tier == "oracle":
-            effectiveness, bias = fault_effect(truth.faults, truth.time, truth.state.wheel_torque)
-            parts |= {"fault_effectiveness": effectiveness[0], "fault_bias": bias[0] / self.limits}
+            state = truth.state
+            effect = fault_effect(truth.faults, truth.time, self.wheels, state.wheel_momentum, state.wheel_torque)
+            parts |= {"fault_effectiveness": effect.effectiveness[0], "fault_bias": effect.bias[0] / self.limits}
+            parts |= {"fault_delay": effect.delay[0] / 5.0, "sensor_rate_fault": effect.rate_bias[0] / 0.1}
+            parts |= {"sensor_attitude_fault": effect.attitude_turn[0]}
         return parts
 
 
@@ -149,8 +169,9 @@ def test_a_tier_adds_to_the_one_before(name):
 
 def test_only_the_oracle_knows_the_faults():
     names = [set(observation_layout(FLAGSHIP, tier).slices) for tier in TIERS]
-    assert {"fault_effectiveness", "fault_bias"} == names[2] - names[1]
-    assert {"wheel_momentum", "wheel_torque_residual"} == names[1] - names[0]
+    hidden = {"fault_effectiveness", "fault_bias", "fault_delay", "sensor_rate_fault", "sensor_attitude_fault"}
+    assert hidden == names[2] - names[1]
+    assert {"wheel_momentum", "wheel_torque_residual", "star_tracker_valid"} == names[1] - names[0]
     env = SpacecraftFTCEnv(TASKS["set point"], observation="attitude")
     healthy = SpacecraftFTCEnv(TASKS["set point"].replace(faults=None), observation="attitude")
     np.testing.assert_array_equal(env.reset(seed=1)[0], healthy.reset(seed=1)[0])
@@ -165,6 +186,10 @@ def test_in_bounds_even_when_everything_goes_wrong(tier):
                 LossOfEffectiveness(wheel=1, effectiveness=1.0),
                 Bias(wheel=2, amplitude=9.0, frequency=3.0),
                 HardOver(wheel=3),
+                CommandDelay(wheel=3, periods=5),
+                GyroBiasStep(size=50.0),
+                AttitudeSpike(angle=np.pi),
+                AttitudeSpike(angle=np.pi),
             )
         ),
         spacecraft=Spacecraft(INERTIA, WheelArray.sign_pyramid(0.2, None)),
@@ -183,6 +208,34 @@ def test_in_bounds_even_when_everything_goes_wrong(tier):
         largest = np.maximum(largest, np.abs(observation).max(axis=0))
         observation, *_ = env.step(random.uniform(-5.0, 5.0, (4, 4)))
     assert (largest[env.observation_slices["rate_error"]] == BOUND).all()  # the clipping was really needed
+    if tier == "oracle":
+        assert (largest[env.observation_slices["fault_delay"]] == [0.0, 0.0, 0.0, 1.0]).all()
+        assert (largest[env.observation_slices["sensor_rate_fault"]] == BOUND).all()
+        assert (largest[env.observation_slices["sensor_attitude_fault"]] > 3.0).any()
+
+
+def test_the_oracle_sees_every_fault_come_and_go():
+    """The parts that the recomputation takes from `fault_effect`, against the schedule itself."""
+    env = SpacecraftFTCEnv(TASKS["set point"], observation="oracle")
+    slices = env.observation_slices
+    observation, _ = env.reset(seed=2)
+    drawn = env.core.simulator.faults.sensors[0]
+    rows = [observation]
+    for _ in range(39):
+        rows.append(env.step(np.zeros(WHEELS))[0])
+    rows, time = np.array(rows), np.arange(40) / 10.0
+    delayed = (time > 0.85) & (time < 2.95)
+    np.testing.assert_allclose(rows[:, slices["fault_delay"]], np.outer(delayed, [0.6, 0, 0, 0, 0]), rtol=1e-6)
+    grown = np.clip(time - 0.4, 0.0, 1.0)
+    np.testing.assert_allclose(
+        rows[:, slices["sensor_rate_fault"]], np.outer(grown, drawn[0]["rate_bias"] / 0.1), rtol=1e-6, atol=1e-8
+    )
+    spike = (time > 0.55) & ((time - 0.55) % 1.0 < 0.3)
+    np.testing.assert_allclose(
+        rows[:, slices["sensor_attitude_fault"]], np.outer(spike, drawn[1]["attitude_turn"]), rtol=1e-6
+    )
+    out = (time > 1.05) & (time < 1.85)
+    np.testing.assert_array_equal(rows[:, slices["star_tracker_valid"]][:, 0], np.where(out, 0.0, 1.0))
 
 
 def test_the_scales_tell_small_errors_apart():

@@ -13,8 +13,12 @@ from stable_baselines3.common.env_checker import check_env as sb3_check_env
 import ftac_gym  # noqa: F401  registers the environments
 from ftac_gym import scenarios
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
+from ftac_gym.faults import KINDS, AttitudeSpike, FaultDistribution, FaultSchedule, Outage, WheelFault
+from ftac_gym.friction import Friction
 from ftac_gym.initial_state import InitialState
+from ftac_gym.low_orbit import LowOrbitTorque
 from ftac_gym.scenario import RewardWeights
+from ftac_gym.sensors import SensorErrors
 from ftac_gym.serialization import to_plain
 from ftac_gym.spacecraft import Spacecraft
 from ftac_gym.wheels import WheelArray
@@ -22,6 +26,19 @@ from ftac_gym.wrappers import ResidualPolicy
 
 IDS = ("SpacecraftFTC-v0", "SpacecraftFTCTracking-v0")
 TIERS = ("attitude", "telemetry", "oracle")
+RUBBING = Spacecraft(
+    scenarios.get("flagship").spacecraft.inertia,
+    WheelArray(
+        scenarios.get("flagship").spacecraft.wheels.axes, 0.2, 12.0, spin_inertia=0.02, lag=0.03,
+        friction=(Friction(0.01), None, Friction(0.01, 0.02, viscous=1e-4), Friction(0.02)),
+    ),
+)  # fmt: skip
+EVERY_FAULT = FaultSchedule(
+    tuple(
+        kind(onset=(0.5, 2.0), **({"wheel": 2 * (index % 2)} if issubclass(kind, WheelFault) else {}))
+        for index, kind in enumerate(KINDS)
+    )
+)
 UNLIMITED = Spacecraft(
     ((10.0, 0.0, 0.0), (0.0, 12.0, 0.0), (0.0, 0.0, 15.0)), WheelArray(np.eye(3).tolist(), torque_limit=None)
 )
@@ -100,6 +117,11 @@ def test_spaces(environment_id):
         (IDS[0], {"initial_state": to_plain(InitialState(angle=(0.1, 0.2)))}),
         (IDS[0], {"scenario": scenarios.get("flagship").replace(duration=5.0, disturbance=None).to_dict()}),
         (IDS[0], {"scenario": scenarios.get("flagship").replace(duration=5.0).to_json()}),
+        (IDS[0], {"spacecraft": to_plain(RUBBING), "faults": to_plain(EVERY_FAULT), "observation": "oracle"}),
+        (IDS[0], {"faults": to_plain(FaultDistribution((Outage(), AttitudeSpike()), severity=0.4)), "duration": 5.0}),
+        (IDS[1], {"disturbance": to_plain(LowOrbitTorque()), "duration": 5.0}),
+        (IDS[1], {"sensors": to_plain(SensorErrors(gyro_misalignment=(0.01, 0.02))), "duration": 5.0}),
+        (IDS[0], {"spacecraft": RUBBING, "faults": EVERY_FAULT, "disturbance": LowOrbitTorque(), "duration": 5.0}),
     ],
 )
 def test_spec_remakes_the_same_environment(environment_id, arguments):

@@ -9,7 +9,17 @@ from ftac_gym import scenarios
 from ftac_gym.evaluation import BaselineContestant, Evaluation, compare, evaluate, fault_classes, rollout
 from ftac_gym.evaluation.compare import TABLE_METRICS
 from ftac_gym.evaluation.metrics import UNITS
-from ftac_gym.faults import Bias, FaultDistribution, FaultSchedule, HardOver, LockInPlace, LossOfEffectiveness, Outage
+from ftac_gym.faults import (
+    Bias,
+    FaultDistribution,
+    FaultSchedule,
+    GyroBiasStep,
+    HardOver,
+    LockInPlace,
+    LossOfEffectiveness,
+    Outage,
+    StarTrackerOutage,
+)
 
 SHORT = scenarios.get("flagship").replace(duration=5.0)
 EPISODES = SHORT.draw(3, 7)
@@ -178,8 +188,12 @@ def test_fault_classes():
         assert fault_classes(SHORT.replace(faults=FaultSchedule((fault,))).draw(0, 2)).tolist() == [label] * 2
     assert fault_classes(SHORT.replace(faults=None).draw(0, 2)).tolist() == ["healthy"] * 2
     two = FaultSchedule((Bias(wheel=0, constant=0.1), Outage(wheel=2)))
-    assert fault_classes(SHORT.replace(faults=two).draw(0, 1)).tolist() == ["2 wheels"]
+    assert fault_classes(SHORT.replace(faults=two).draw(0, 1)).tolist() == ["2 faults"]
+    sensors = FaultSchedule((GyroBiasStep(onset=1.0),))
+    assert fault_classes(SHORT.replace(faults=sensors).draw(0, 1)).tolist() == ["gyro bias step"]
+    mixed = FaultSchedule((Bias(wheel=0, constant=0.1), GyroBiasStep(), StarTrackerOutage(onset=2.0)))
+    assert fault_classes(SHORT.replace(faults=mixed).draw(0, 1)).tolist() == ["3 faults"]
     several = SHORT.replace(faults=FaultDistribution((Outage(),), fault_counts=(0.0, 0.5, 0.5))).draw(0, 40)
     counts = (several.faults["kind"] > 0).any(axis=2).sum(axis=1)
-    np.testing.assert_array_equal(fault_classes(several) == "2 wheels", counts == 2)
+    np.testing.assert_array_equal(fault_classes(several) == "2 faults", counts == 2)
     np.testing.assert_array_equal(fault_classes(several) == "outage", counts == 1)

@@ -5,24 +5,37 @@ import pytest
 from scipy import stats
 
 from ftac_gym.faults import (
+    AttitudeSpike,
     Bias,
+    CommandDelay,
+    DriftingEffectiveness,
     FaultDistribution,
     FaultKind,
+    FrictionRise,
+    GyroBiasStep,
     HardOver,
+    IntermittentShutdown,
     LockInPlace,
     LossOfEffectiveness,
     Outage,
+    Seizure,
+    StarTrackerOutage,
 )
-from ftac_gym.faults.table import no_faults
+from ftac_gym.faults.fault import UNIFORMS_PER_FAULT
+from ftac_gym.faults.table import no_faults, no_sensor_faults
 
 COUNT = 6000
 LIMITS = np.array([0.1, 0.2, 0.3, 0.4])
 
 
-def draw(source, count=COUNT, limits=LIMITS, seed=0):
+def draw_all(source, count=COUNT, limits=LIMITS, seed=0):
     uniform = np.random.default_rng(seed).random((count, source.uniform_count(len(limits))))
     switching = np.random.default_rng(seed + 1).random((count, source.switching_count))
-    return source.draw(uniform, switching, limits).wheels
+    return source.draw(uniform, switching, limits)
+
+
+def draw(source, count=COUNT, limits=LIMITS, seed=0):
+    return draw_all(source, count, limits, seed).wheels
 
 
 def only(*kinds, **fields):
@@ -85,12 +98,32 @@ def test_healthy_wheels_keep_the_healthy_record():
     assert np.all(healthy == no_faults(1, 1)[0, 0, 0])
 
 
+def test_faults_of_the_sensors_count_with_those_of_wheels():
+    drawn = draw_all(only(Outage(), GyroBiasStep(), weights=(1.0, 3.0), fault_counts=(1.0, 2.0, 3.0)))
+    wheels, sensors = drawn.wheels["kind"][:, :, 0] > 0, drawn.sensors["kind"] > 0
+    assert wheels.shape == (COUNT, 4) and sensors.shape == (COUNT, 2)
+    number = wheels.sum(axis=1) + sensors.sum(axis=1)
+    assert_shares(np.bincount(number, minlength=3), (1.0, 2.0, 3.0))
+    assert_shares([wheels.sum(), sensors.sum()], (1.0, 3.0))
+    healthy = drawn.sensors[~sensors]
+    assert np.all(healthy == no_sensor_faults(1, 1)[0, 0])
+
+
+def test_sensors_that_cannot_fail_have_no_table():
+    assert draw_all(only(Outage(), fault_counts=(0.0, 0.0, 1.0)), 5).sensors.shape == (5, 0)
+    assert draw_all(only(GyroBiasStep(), fault_counts=(1.0,)), 5).sensors.shape == (5, 0)
+
+
 def test_episodes_do_not_depend_on_how_many_are_drawn():
-    source = only(Bias(constant=(0.0, 0.1)), HardOver(), fault_counts=(0.2, 0.4, 0.4))
-    uniform = np.random.default_rng(1).random((50, source.uniform_count(4)))
-    none = np.zeros((50, 0))
-    many, two = source.draw(uniform, none, LIMITS), source.draw(uniform[7:9], none[7:9], LIMITS)
-    np.testing.assert_array_equal(many.wheels[7:9], two.wheels)
+    source = only(
+        Bias(constant=(0.0, 0.1)), HardOver(), IntermittentShutdown(), AttitudeSpike(angle=(0.0, 1.0)),
+        fault_counts=(0.2, 0.4, 0.4),
+    )  # fmt: skip
+    random = np.random.default_rng(1)
+    uniform, chances = random.random((50, source.uniform_count(4))), random.random((50, source.switching_count))
+    many, two = source.draw(uniform, chances, LIMITS), source.draw(uniform[7:9], chances[7:9], LIMITS)
+    for part, same in zip(many.take(np.array([7, 8])), two, strict=True):
+        np.testing.assert_array_equal(part, same)
 
 
 # ------------------------------------------------------------------------------------------------ when and how much
@@ -132,6 +165,23 @@ def test_episodes_do_not_depend_on_how_many_are_drawn():
                 "bias_phase": (0.0, 3.0),
             },
         ),
+        (
+            Outage(onset=(2.0, 8.0), recovery=(9.0, 11.0), rise=(0.5, 2.5), fall=(0.1, 0.9)),
+            {"onset": (2.0, 8.0), "recovery": (9.0, 11.0), "rise": (0.5, 2.5), "fall": (0.1, 0.9)},
+        ),
+        (
+            DriftingEffectiveness(onset=(2.0, 8.0), effectiveness=(0.1, 0.4), rise=(5.0, 9.0)),
+            {"onset": (2.0, 8.0), "effectiveness": (0.1, 0.4), "rise": (5.0, 9.0)},
+        ),
+        (
+            FrictionRise(onset=(2.0, 8.0), factor=(2.0, 20.0), rise=(1.0, 4.0), direction="forward"),
+            {"onset": (2.0, 8.0), "friction_forward": (2.0, 20.0), "rise": (1.0, 4.0)},
+        ),
+        (
+            FrictionRise(onset=(2.0, 8.0), factor=(2.0, 20.0), direction="backward"),
+            {"onset": (2.0, 8.0), "friction_backward": (2.0, 20.0), "rise": (20.0, 60.0)},
+        ),
+        (IntermittentShutdown(onset=(2.0, 8.0), rise=(0.1, 0.3)), {"onset": (2.0, 8.0), "rise": (0.1, 0.3)}),
     ],
 )
 def test_intervals_are_filled_uniformly_and_independently(fault, expected):
@@ -170,3 +220,86 @@ def test_hard_over_is_a_fraction_of_the_struck_wheels_limit():
     assert np.all(rows["effectiveness"] == 0.0)
     signed = struck_rows(draw(only(HardOver(fraction=-0.5, random_sign=False)), limits=np.full(4, 0.2)))
     assert np.all(signed["bias"] == -0.1)
+
+
+def test_a_duration_counts_from_the_onset():
+    rows = struck_rows(draw(only(Bias(onset=(2.0, 80.0), duration=(1.0, 4.0)))))
+    length = rows["recovery"] - rows["onset"]
+    assert stats.kstest(length, "uniform", (1.0, 3.0)).pvalue > 1e-3
+    assert abs(np.corrcoef(length, rows["onset"])[0, 1]) < 0.07
+
+
+@pytest.mark.parametrize("kind", [Outage, IntermittentShutdown])
+def test_a_wheel_that_is_off_gives_nothing(kind):
+    rows = struck_rows(draw(only(kind())))
+    assert np.all(rows["effectiveness"] == 0.0) and np.all(rows["bias"] == 0.0)
+
+
+@pytest.mark.parametrize("kind", [DriftingEffectiveness, FrictionRise])
+def test_what_wears_out_takes_its_time(kind):
+    assert stats.kstest(struck_rows(draw(only(kind())))["rise"], "uniform", (20.0, 40.0)).pvalue > 1e-3
+
+
+def test_friction_rises_in_the_given_sense_of_rotation():
+    forward, backward = {}, {}
+    for direction in ("both", "forward", "backward", "either"):
+        rows = struck_rows(draw(only(FrictionRise(factor=(2.0, 20.0), direction=direction))))
+        forward[direction], backward[direction] = rows["friction_forward"], rows["friction_backward"]
+    assert stats.kstest(forward["both"], "uniform", (2.0, 18.0)).pvalue > 1e-3
+    np.testing.assert_array_equal(forward["both"], backward["both"])
+    assert np.all(backward["forward"] == 1.0) and np.all(forward["backward"] == 1.0)
+    either = forward["either"] > 1.0
+    np.testing.assert_array_equal(either, backward["either"] == 1.0)
+    assert_shares([either.sum(), (~either).sum()], (1.0, 1.0))
+    risen = np.maximum(forward["either"], backward["either"])
+    assert stats.kstest(risen, "uniform", (2.0, 18.0)).pvalue > 1e-3
+    assert abs(np.corrcoef(risen, either)[0, 1]) < 0.07
+
+
+def test_a_seizure_brakes_by_a_multiple_of_the_struck_wheels_limit():
+    table = draw(only(Seizure(brake=(1.5, 4.0))))
+    wheel = np.nonzero(table["kind"][:, :, 0])[1]
+    assert stats.kstest(struck_rows(table)["brake"] / LIMITS[wheel], "uniform", (1.5, 2.5)).pvalue > 1e-3
+
+
+@pytest.mark.parametrize(("periods", "first", "delays"), [((1, 5), 1, 5), ((2, 3), 2, 2)])
+def test_every_whole_delay_is_equally_likely(periods, first, delays):
+    delay = struck_rows(draw(only(CommandDelay(periods=periods))))["delay"]
+    assert delay.min() == first and delay.max() == first + delays - 1
+    assert_shares(np.bincount(delay - first, minlength=delays), np.ones(delays))
+    assert np.all(struck_rows(draw(only(CommandDelay(periods=first))))["delay"] == first)
+
+
+@pytest.mark.parametrize(("periods", "longest"), [(1, 1), (5, 5), ((1, 5), 5), ((4, 5), 5)])
+def test_the_largest_deviate_gives_no_longer_delay(periods, longest):
+    last = np.full((1, UNIFORMS_PER_FAULT), np.nextafter(1.0, 0.0))
+    assert CommandDelay(periods=periods).draw(last, np.array([0.2]))["delay"][0] == longest
+
+
+@pytest.mark.parametrize(
+    ("fault", "field", "low", "high"),
+    [
+        (GyroBiasStep(size=(1e-4, 3e-4), onset=(2.0, 8.0)), "rate_bias", 1e-4, 3e-4),
+        (AttitudeSpike(angle=(0.1, 0.5), onset=(2.0, 8.0)), "attitude_turn", 0.1, 0.5),
+    ],
+)
+def test_errors_of_the_sensors_point_anywhere(fault, field, low, high):
+    drawn = draw_all(only(fault))
+    assert np.all(drawn.wheels["kind"] == FaultKind.NONE) and np.all(drawn.sensors["kind"] == fault.kind)
+    vector, onset = drawn.sensors[field][:, 0], drawn.sensors["onset"][:, 0]
+    size = np.linalg.norm(vector, axis=1)
+    assert stats.kstest(size, "uniform", (low, high - low)).pvalue > 1e-3
+    assert stats.kstest(onset, "uniform", (2.0, 6.0)).pvalue > 1e-3
+    direction = vector / size[:, None]
+    for column in direction.T:  # On the unit sphere each coordinate is uniform.
+        assert stats.kstest(column, "uniform", (-1.0, 2.0)).pvalue > 1e-3
+    assert np.abs(np.corrcoef([*direction.T, size, onset]) - np.eye(5)).max() < 0.07
+    other = "attitude_turn" if field == "rate_bias" else "rate_bias"
+    assert np.all(drawn.sensors[other] == 0.0) and np.all(drawn.sensors["outage"] == 0.0)
+
+
+def test_a_star_tracker_is_out_or_not():
+    sensors = draw_all(only(StarTrackerOutage(onset=(2.0, 8.0), duration=(10.0, 20.0)))).sensors
+    assert np.all(sensors["outage"] == 1.0)
+    assert stats.kstest((sensors["recovery"] - sensors["onset"]).ravel(), "uniform", (10.0, 10.0)).pvalue > 1e-3
+    assert np.all(sensors["rate_bias"] == 0.0) and np.all(sensors["attitude_turn"] == 0.0)
