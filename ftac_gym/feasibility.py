@@ -9,9 +9,9 @@ The rule looks at the wheels as they are in the worst moment of each fault, and 
 2. Momentum. The wheels that obey must be able to hold, in any direction, the momentum of body and wheels at the start
    and what the disturbance can add. A wheel that no longer obeys but has a torque of its own ends at its momentum limit
    at the latest; what it pours into the body comes on top.
-3. Time. A turn about the axis of the initial error, as fast as torque and momentum allow, must fit in: either before
-   the first fault with the healthy wheels, or between the onset of the last fault and the final ``success.hold``
-   seconds with what remains then, as if nothing had been done before. Moving references are not asked this.
+3. Time. A turn about the axis of the initial error, as fast as torque and momentum allow, must fit in before the final
+   ``success.hold`` seconds: either before the first fault with the healthy wheels, or between the onset of a fault and
+   the next with what all faults together leave, as if nothing had been done before. Moving references are not asked this.
 
 Both envelopes are zonotopes, sum_j [-r_j, r_j] D[:, j], and a vector t lies inside one exactly if
 |n.t| <= sum_j r_j |n.D[:, j]| for the normal n of every pair of wheel axes. A locked or dead wheel holds a torque or a
@@ -166,7 +166,7 @@ class Demand:
             direct = 2.0 * np.sqrt(self.angle / acceleration)
             coasting = self.angle / fastest + fastest / acceleration
             stopping = self.rate / acceleration
-        time: FloatArray = np.where(self.angle * acceleration <= fastest**2, direct, coasting) + stopping
+            time: FloatArray = np.where(self.angle * acceleration <= fastest**2, direct, coasting) + stopping
         return np.where((acceleration > 0.0) & (fastest > 0.0), time, np.inf)
 
 
@@ -213,9 +213,10 @@ def label(faults: np.ndarray, wheels: WheelArray, demand: Demand) -> BoolArray:
     storable = np.where(obeys, capacity, 0.0)
     held = envelope.contains(poured, nothing, storable, poured_half, demand.momentum)
 
-    struck = acting & (faults["kind"] > 0)
-    earliest = np.where(struck, faults["onset"], np.inf).min(axis=(1, 2), initial=np.inf)
-    latest = np.where(struck, faults["onset"], demand.start).max(axis=(1, 2), initial=demand.start)
+    struck = acting & (faults["kind"] > 0) & (faults["delay"] == 0)
+    # The onsets in their order, and behind each the time until the next, or the deadline.
+    onsets = np.sort(np.where(struck, faults["onset"], np.inf).reshape(len(faults), -1), axis=1)
+    following = np.minimum(np.pad(onsets, ((0, 0), (0, 1)), constant_values=np.inf), demand.deadline)
     smooth = friction_margin(faults, wheels, np.zeros_like(acting))
     before = demand.turning_time(
         envelope.times(envelope.room(nothing, demand.disturbance, limits, smooth)[0], demand.effort),
@@ -225,8 +226,8 @@ def label(faults: np.ndarray, wheels: WheelArray, demand: Demand) -> BoolArray:
         envelope.times(envelope.room(load, demand.disturbance, offered, half)[0], demand.effort),
         envelope.times(envelope.room(poured, nothing, storable, poured_half, demand.momentum)[0], demand.effort),
     )
-    early = demand.start + before <= np.minimum(earliest, demand.deadline)
-    late = np.maximum(latest, demand.start) + after <= demand.deadline
+    early = demand.start + before <= following[:, 0]
+    late = (np.maximum(onsets, demand.start) + after[:, None] <= following[:, 1:]).any(axis=1)
     feasible: BoolArray = controllable & held & (early | late)
     return feasible
 

@@ -279,7 +279,7 @@ def _demand(
     turn = rotation_vector_from_quaternion(quaternion_error(before, points[:, -1]))
     angle = np.zeros(len(turn)) if scenario.reference.moving else np.linalg.norm(turn, axis=1)
     # Where there is nothing to turn, any axis will do.
-    axis = np.where(angle[:, None] > 1e-9, turn, (1.0, 0.0, 0.0)) / np.maximum(angle, 1e-9)[:, None]
+    axis = np.where(angle[:, None] > 1e-9, turn / np.maximum(angle, 1e-9)[:, None], (1.0, 0.0, 0.0))
     hold = min(scenario.success.hold, scenario.duration)
     return feasibility.Demand(
         disturbance=largest,

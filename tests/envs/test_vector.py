@@ -65,7 +65,8 @@ def test_equals_single_environments(mode, name, tier):
             )
         steps += 1
         assert steps < 400
-    assert lonely and kinds == {"terminated", "truncated"}
+    if native.scenario.initial_state.attitude is None:  # From one start, all episodes end alike.
+        assert lonely and kinds == {"terminated", "truncated"}
 
 
 @pytest.mark.parametrize("mode", MODES)
