@@ -24,6 +24,7 @@ WHEEL = np.dtype(
         ("stribeck", "f8"),
         ("inverse_stribeck_speed", "f8"),
         ("viscous", "f8"),
+        ("coulomb_momentum", "f8"),
         ("linear_momentum", "f8"),
         ("keep", "f8"),
         ("forcing", "f8", (3,)),
@@ -33,7 +34,8 @@ WHEEL = np.dtype(
 )
 """Per wheel: its axis, limits [N m, N m s, N m, W], 1.0 if none of the effects below is on, friction as in
 :class:`~ftac_gym.friction.Friction` [SI units], and what the step of :func:`ftac_gym.dynamics.wheels.turn_wheel` uses:
-the momentum beyond which friction is Coulomb plus viscous to 1e-12 [N m s] (negative without friction), the share of
+the momentum at which the Coulomb torque sets in [N m s] (endless without friction) and that beyond which friction is
+Coulomb plus viscous to 1e-12 (negative without dry friction), the share of
 the momentum that viscous friction leaves after a step, the weights [s] of the forcing at the start, the middle and the
 end of a step, the same for a forcing times the lag's exponential, and how much of the lag is left at the two inner
 stages and at the end of a step.
@@ -56,6 +58,7 @@ def wheel_table(wheels: WheelArray, step: float) -> npt.NDArray[np.void]:
     table["dead_band"] = wheels.dead_bands
     table["power_limit"] = wheels.power_limits
     table["inverse_inertia"] = 1.0 / wheels.spin_inertias
+    table["coulomb_momentum"] = np.inf
     table["linear_momentum"] = -1.0
     for wheel, friction in enumerate(wheels.frictions):
         if friction is None:
@@ -63,6 +66,7 @@ def wheel_table(wheels: WheelArray, step: float) -> npt.NDArray[np.void]:
         record = table[wheel]
         record["coulomb"] = friction.coulomb
         record["inverse_coulomb_speed"] = 1.0 / friction.coulomb_speed
+        record["coulomb_momentum"] = friction.coulomb_speed * wheels.spin_inertias[wheel]
         record["stribeck"] = friction.stribeck
         record["inverse_stribeck_speed"] = 1.0 / friction.stribeck_speed
         record["viscous"] = friction.viscous
@@ -88,18 +92,19 @@ def _weights(step: float, decay: float, lag_rate: float) -> FloatArray:
     They integrate p(t) exp(-lag_rate t) exp(-decay (step - t)) over the step, exactly for every quadratic p: Simpson's
     rule if both rates are zero.
     """
-    # In units of the step: moments of x^k exp(-rate x) on [0, 1], where the exponentials have been joined.
-    rate = (lag_rate - decay) * step
-    if abs(rate) < 20.0:
+    # In units of the step, the joined exponentials are exp(-slower) times one that falls at ``rate`` from one end of
+    # the step to the other: with y counted from the end where it is 1, no factor can overflow.
+    slower, rate = min(lag_rate, decay) * step, abs(lag_rate - decay) * step
+    if rate < 20.0:
         nodes, weights = np.polynomial.legendre.leggauss(40)
-        x = 0.5 * (nodes + 1.0)
-        moments = np.array([0.5 * np.sum(weights * x**power * np.exp(-rate * x)) for power in range(3)])
+        y = 0.5 * (nodes + 1.0)
+        moments = np.array([0.5 * np.sum(weights * y**power * np.exp(-rate * y)) for power in range(3)])
     else:  # The recursion loses digits where the rate is small, and the quadrature where it is large.
         last = math.exp(-rate)
         first = (1.0 - last) / rate
         second = (first - last) / rate
         moments = np.array([first, second, (2.0 * second - last) / rate])
-    # Lagrange polynomials of the points 0, 1/2, 1 by powers of x.
+    # Lagrange polynomials of the points 0, 1/2, 1 by powers of y.
     shapes = np.array([[1.0, -3.0, 2.0], [0.0, 4.0, -4.0], [0.0, -1.0, 2.0]])
-    weights = step * math.exp(-decay * step) * (shapes @ moments)
-    return weights
+    weights = step * math.exp(-slower) * (shapes @ moments)
+    return weights if lag_rate >= decay else weights[::-1]

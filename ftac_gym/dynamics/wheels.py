@@ -29,6 +29,10 @@ _INNER = 0.5 * (1.0 - _GAMMA)
 _SECOND = 0.5 * (1.0 + _GAMMA)
 _MOST_ITERATIONS = 60
 
+_REST = 1e-12
+"""A wheel that friction slows down rests below this share of the momentum at which the Coulomb torque sets in;
+otherwise it would creep on for ever, into the denormal numbers, which are slow."""
+
 
 @piece
 def within_limits(wheel: Any, command: float) -> float:
@@ -43,9 +47,15 @@ def friction(wheel: Any, momentum: float, factor: float) -> Any:
     speed = momentum * wheel.inverse_inertia
     ratio = speed * wheel.inverse_stribeck_speed
     bell = math.exp(-ratio * ratio)
-    # By one exponential; the magnitude keeps it from overflowing.
-    decay = math.exp(-2.0 * abs(speed) * wheel.inverse_coulomb_speed)
-    tangent = math.copysign((1.0 - decay) / (1.0 + decay), speed)
+    turn = speed * wheel.inverse_coulomb_speed
+    if abs(turn) < 0.005:
+        # The hyperbolic tangent to the last digit however close to rest: the solver stalls on less.
+        square = turn * turn
+        tangent = turn * (1.0 - square * (1.0 - 0.4 * square) / 3.0)
+    else:
+        # By one exponential; the magnitude keeps it from overflowing.
+        decay = math.exp(-2.0 * abs(turn))
+        tangent = math.copysign((1.0 - decay) / (1.0 + decay), turn)
     dry = wheel.stribeck * ratio * bell + wheel.coulomb * tangent
     rise = wheel.stribeck * wheel.inverse_stribeck_speed * bell * (1.0 - 2.0 * ratio * ratio)
     rise += wheel.coulomb * wheel.inverse_coulomb_speed * (1.0 - tangent * tangent)
@@ -62,22 +72,27 @@ def powered(wheel: Any, drive: float, momentum: float) -> float:
 
 @piece
 def net_torque(wheel: Any, momentum: float, drive: float, forward: float, backward: float, brake: float) -> Any:
-    """Return the torque of a wheel on the body [N m] under a motor torque, friction and a brake, and its friction."""
+    """Return the torque of a wheel on the body [N m] under a motor torque, friction and a brake.
+
+    The friction in it [N m] and its derivative [1/s] come second and third; at rest the latter is not worked out.
+    """
     if momentum == 0.0:
         # The brake holds what it can.
-        return drive - min(max(drive, -brake), brake), 0.0
-    drag, _ = friction(wheel, momentum, forward if momentum > 0.0 else backward)
-    return powered(wheel, drive, momentum) + drag + math.copysign(brake, momentum), drag
+        return drive - min(max(drive, -brake), brake), 0.0, math.inf
+    drag, slope = friction(wheel, momentum, forward if momentum > 0.0 else backward)
+    return powered(wheel, drive, momentum) + drag + math.copysign(brake, momentum), drag, slope
 
 
 @piece
 def implicit_momentum(
-    wheel: Any, free: float, weight: float, drive: float, drag: float, forward: float, backward: float, brake: float
+    wheel: Any, free: float, weight: float, drive: float, guess: float, forward: float, backward: float, brake: float
 ) -> float:
-    """Solve h + weight (drive + friction(h) + brake sign(h)) = free for the momentum h, with a guess of the friction.
+    """Solve h + weight (drive + friction(h) + brake sign(h)) = free for the momentum h, with a guess of it.
 
-    The left side is increasing, so that the sign of the solution is known beforehand, and a Newton iteration that is
-    kept between bounds finds it.
+    Friction has the sign of h, so that the sign of the solution is known beforehand, and a Newton iteration that is
+    kept between bounds finds it; where it makes no headway, round the bends of friction and of the power limit, the
+    bounds are halved. Where friction falls with the speed there may be three solutions, and the guess decides; a wheel
+    that turns round is sought from rest, where friction catches it if it can.
     """
     pushed = free - weight * drive
     if abs(pushed) <= weight * brake:
@@ -86,7 +101,8 @@ def implicit_momentum(
     factor = forward if sign > 0.0 else backward
     target, drive = sign * free - weight * brake, sign * drive
     low, high = 0.0, target + weight * abs(drive)
-    x = min(max(target - weight * (drive + sign * drag), low), high)
+    x = min(max(sign * guess, low), high)
+    least = math.inf
     for _ in range(_MOST_ITERATIONS):
         drag, slope = friction(wheel, x, factor)
         given = powered(wheel, drive, x)
@@ -99,12 +115,14 @@ def implicit_momentum(
         if given != drive:
             rise -= weight * given / x
         following = x - excess / rise
-        if not low <= following <= high:
+        direct = low <= following <= high and abs(excess) <= 0.5 * least
+        least = abs(excess)
+        if not direct:
             following = 0.5 * (low + high)
         moved = abs(following - x)
         x = following
-        # What is left after a move is of the order of its square.
-        if moved <= 1e-7 * high:
+        # What is left after a move is of the order of its square over the width of the bend.
+        if direct and moved <= 1e-7 * high and moved * moved <= 1e-14 * high * wheel.coulomb_momentum:
             break
     return sign * x
 
@@ -134,8 +152,11 @@ def stiff_step(
     """
     wheel = array[j]
     drive_1 = e_1 * (wanted - missing) + b_1
-    torque_1, drag = net_torque(wheel, momentum, drive_1, forward, backward, brake)
+    torque_1, drag, steepness = net_torque(wheel, momentum, drive_1, forward, backward, brake)
+    grip = step * _GAMMA * steepness
     slope_1, slope_2, result, drive = 0.0, 0.0, momentum, drive_1
+    sign = math.copysign(1.0, momentum)
+    ahead, against = max(-sign * drive_1, 0.0), max(sign * drive_1, 0.0)
     for stage in range(3):
         if stage == 0:
             time, free = _GAMMA, momentum
@@ -148,13 +169,28 @@ def stiff_step(
         e = first * e_1 + second * e_2 + third * e_4
         b = first * b_1 + second * b_2 + third * b_4
         drive = e * (wanted - missing * wheel.lag_left[stage]) + b
-        result = implicit_momentum(wheel, free, step * _GAMMA, drive, drag, forward, backward, brake)
+        ahead, against = max(ahead, -sign * drive), max(against, sign * drive)
+        # Explicit Euler is the better guess, but must not take a wheel out of the grip of its friction.
+        guess = result if grip > 0.3 else free - step * _GAMMA * (drive + drag)
+        if guess * momentum < 0.0:
+            guess = 0.0
+        result = implicit_momentum(wheel, free, step * _GAMMA, drive, guess, forward, backward, brake)
         slope = (result - free) / (step * _GAMMA)
         if stage == 0:
             slope_1 = slope
         else:
             slope_2 = slope
-    torque_4, _ = net_torque(wheel, result, drive, forward, backward, brake)
+    # Friction and brake neither speed a wheel up nor turn it round, but a step too coarse for them can: extrapolating
+    # from stages before and after the wheel stopped. Implicit Euler cannot, and steps that are fine do not come here.
+    wrong = sign * result > sign * momentum + 1.1 * step * ahead
+    if momentum * result < 0.0:
+        returning, _ = friction(wheel, result, forward if result > 0.0 else backward)
+        wrong = abs(returning) + brake > 1.1 * against
+    if wrong:
+        result = implicit_momentum(wheel, momentum, step, drive, momentum, forward, backward, brake)
+    if grip > 1e-3 and abs(result) < min(abs(momentum), _REST * wheel.coulomb_momentum):
+        result = 0.0
+    torque_4, _, _ = net_torque(wheel, result, drive, forward, backward, brake)
     return result, torque_1, torque_4
 
 
@@ -238,7 +274,7 @@ def turn_wheel(
         after = torque_4
         if not calm:
             stiff = False
-            if locked:
+            if locked and brake == 0.0:
                 torque_1, torque_4 = last, last
                 reached, missing_4 = momentum - step * last, missing
             else:
