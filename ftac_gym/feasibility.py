@@ -11,7 +11,8 @@ The rule looks at the wheels as they are in the worst moment of each fault, and 
    at the latest; what it pours into the body comes on top.
 3. Time. A turn about the axis of the initial error, as fast as torque and momentum allow, must fit in before the final
    ``success.hold`` seconds: either before the first fault with the healthy wheels, or between the onset of a fault and
-   the next with what all faults together leave, as if nothing had been done before. Moving references are not asked this.
+   the next with what all faults together leave, as if nothing had been done before. Moving references are not asked
+   this.
 
 Both envelopes are zonotopes, sum_j [-r_j, r_j] D[:, j], and a vector t lies inside one exactly if
 |n.t| <= sum_j r_j |n.D[:, j]| for the normal n of every pair of wheel axes. A locked or dead wheel holds a torque or a

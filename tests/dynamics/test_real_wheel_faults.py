@@ -1,0 +1,328 @@
+"""Faults of real wheels: what is conserved through all of them, seizure, locks, delays and shut-downs."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from ftac_gym import attitude as att
+from ftac_gym.dynamics import Simulator
+from ftac_gym.faults import (
+    Bias,
+    CommandDelay,
+    FaultSchedule,
+    FrictionRise,
+    HardOver,
+    IntermittentShutdown,
+    LockInPlace,
+    LossOfEffectiveness,
+    Outage,
+    Seizure,
+)
+from ftac_gym.friction import Friction
+from ftac_gym.initial_state import InitialState
+from ftac_gym.scenario import Scenario
+from ftac_gym.spacecraft import Spacecraft
+from ftac_gym.wheels import WheelArray
+
+INERTIA = np.array([[10.0, 1.2, 0.5], [1.2, 19.0, 1.5], [0.5, 1.5, 25.0]])  # kg m^2
+PYRAMID = WheelArray.sign_pyramid(0.2, None).axis_matrix
+LIMIT, SPIN, PERIOD = 0.2, 0.02, 0.1  # N m, kg m^2, s
+FRICTION = Friction(coulomb=2e-3, breakaway=4e-3, breakaway_speed=0.3, viscous=1e-4)
+REAL = {"spin_inertia": SPIN, "friction": FRICTION, "lag": 0.05}
+
+
+def start(*faults, momentum=0.0, rate=(0.0, 0.0, 0.0), step=0.02, period=PERIOD, axes=PYRAMID, duration=300.0, **parts):
+    parts = {"torque_limit": LIMIT} | parts
+    scenario = Scenario(
+        name="wheels",
+        spacecraft=Spacecraft(INERTIA, WheelArray(axes, **parts)),
+        initial_state=InitialState.fixed(rate=rate, wheel_momentum=momentum),
+        faults=FaultSchedule(faults) if faults else None,
+        control_period=period,
+        physics_step=step,
+        duration=duration,
+    )
+    simulator = Simulator(scenario, 1)
+    simulator.reset(scenario.draw(0, 1))
+    return simulator
+
+
+def run(simulator, commands):
+    """Return torque on the body and momentum (T, m) after each control period."""
+    torque, momentum = [], []
+    for command in commands:
+        simulator.step(np.broadcast_to(command, simulator.last_command.shape))
+        torque.append(simulator.state.wheel_torque[0].copy())
+        momentum.append(simulator.state.wheel_momentum[0].copy())
+    return np.array(torque), np.array(momentum)
+
+
+def body_momentum(state):
+    """Momentum of the body alone in inertial axes (3,)."""
+    return att.rotate_to_reference(state.attitude, state.rate @ INERTIA)[0]
+
+
+def total_momentum(state, axes=PYRAMID):
+    return att.rotate_to_reference(state.attitude, state.rate @ INERTIA + state.wheel_momentum @ axes.T)[0]
+
+
+# -------------------------------------------------------------------------------------------------------- conserved
+
+STORM = {
+    "friction": {},
+    "zero crossings of stiff friction": {"friction": Friction(5e-2, 8e-2, 1e-3)},
+    "seizures": {
+        "faults": (Seizure(wheel=0, onset=20.0, brake=1.5), Seizure(wheel=2, onset=70.03, brake=4.0, recovery=150.0))
+    },
+    "saturation": {"momentum_limit": 0.6, "faults": (HardOver(wheel=1, onset=50.0),)},
+    "power": {"power_limit": 1.0, "dead_band": 0.01},
+    "everything": {
+        "momentum_limit": 0.6,
+        "speed_limit": 29.0,
+        "power_limit": (1.0, 2.0, 3.0, 4.0),
+        "dead_band": 0.01,
+        "faults": (
+            Seizure(wheel=0, onset=150.05, brake=2.0),
+            FrictionRise(wheel=0, onset=10.0, factor=10.0, rise=50.0),
+            FrictionRise(wheel=1, onset=10.0, factor=10.0, direction="forward", period=20.0, on_time=7.0),
+            HardOver(wheel=1, onset=30.0, recovery=120.0, rise=5.0, fall=5.0),
+            CommandDelay(wheel=2, onset=40.0, periods=3),
+            IntermittentShutdown(wheel=2, mean_acting=5.0, mean_resting=15.0),
+            LockInPlace(wheel=3, onset=60.02, recovery=90.0),
+            Bias(wheel=3, onset=0.0, amplitude=0.05, frequency=3.0),
+        ),
+    },
+}
+
+
+# What is left is the error of RK4 in turning the body, which falls with the fourth power of the step.
+@pytest.mark.parametrize(("step", "tolerance"), [(0.02, 1e-10), (0.1, 3e-8)])
+@pytest.mark.parametrize("name", STORM)
+def test_total_momentum_is_conserved(name, step, tolerance):
+    parts = {**REAL, **STORM[name]}
+    faults = parts.pop("faults", ())
+    simulator = start(*faults, momentum=(0.5, -0.4, 0.3, 0.4), rate=(0.01, 0.02, -0.01), step=step, **parts)
+    before = total_momentum(simulator.state)
+    wave = 0.15 * np.sin(0.013 * np.arange(3000)[:, None] + np.arange(4)) * np.array([1.0, -1.0, 1.0, -1.0])
+    wave += 0.05 * np.random.default_rng(0).uniform(-1.0, 1.0, (3000, 4))
+    _, momentum = run(simulator, wave)
+    assert np.all(np.isfinite(momentum)) and np.abs(momentum).max() > 0.5
+    turns = (np.diff(np.sign(momentum), axis=0) != 0).sum(axis=0)
+    assert turns.max() > 10
+    assert np.linalg.norm(total_momentum(simulator.state) - before) < tolerance * np.linalg.norm(before)
+
+
+def test_without_coupling_the_body_feels_torques_but_no_stored_momentum():
+    # No rate about other axes: then the two models agree, friction and seizure included.
+    axis = np.array([[0.0], [0.0], [1.0]])
+    fault = Seizure(wheel=0, onset=3.0)
+    ends = []
+    for coupling in (True, False):
+        scenario = start(fault, momentum=1.0, axes=axis, momentum_coupling=coupling, **REAL).scenario
+        principal = Spacecraft(np.diag([10.0, 19.0, 25.0]), scenario.spacecraft.wheels)
+        simulator = Simulator(scenario.replace(spacecraft=principal), 1)
+        simulator.reset(simulator.scenario.draw(0, 1))
+        _, momentum = run(simulator, np.full((100, 1), 0.05))
+        assert momentum[-1, 0] == 0.0
+        assert simulator.state.rate[0, 2] == pytest.approx(1.0 / 25.0, rel=1e-12)
+        ends.append(simulator.state.rate[0].copy())
+    np.testing.assert_array_equal(ends[0], ends[1])
+
+
+# ----------------------------------------------------------------------------------------------------------- energy
+
+
+@pytest.mark.parametrize("lag", [1e-9, 0.1])
+def test_friction_takes_energy_and_never_gives_any(lag):
+    # Small steps, each of them recorded: the motor's work by the trapezoidal rule.
+    step = 0.002
+    simulator = start(momentum=(0.1, -0.1, 0.0, 0.02), step=step, period=step, **{**REAL, "lag": lag})
+    commands = np.repeat(np.random.default_rng(0).uniform(-0.15, 0.15, (60, 4)), 50, axis=0)
+    motor, momentum = [np.zeros(4)], [simulator.state.wheel_momentum[0].copy()]
+    for command in commands:
+        simulator.step(command[None])
+        motor.append(simulator.state.motor_torque[0].copy())
+        momentum.append(simulator.state.wheel_momentum[0].copy())
+    motor, speed = np.array(motor), np.array(momentum) / SPIN
+    if lag < step:
+        motor[:-1] = motor[1:]  # without a lag the torque of a period is there from its start
+        motor[-1] = 0.0
+        push = motor[:-1]
+        work = -push * 0.5 * step * (speed[:-1] + speed[1:])
+    else:
+        work = -0.5 * step * (motor[:-1] * speed[:-1] + motor[1:] * speed[1:])
+    stored = 0.5 * SPIN * np.diff(speed**2, axis=0)
+    loss = work - stored
+    assert loss.min() > -2e-7  # J, of some 1e-3 J that go in and out in a step
+    drag = FRICTION.torque(speed) * speed
+    expected = 0.5 * step * (drag[:-1] + drag[1:])
+    np.testing.assert_allclose(loss.sum(axis=0), expected.sum(axis=0), rtol=2e-3)
+
+
+# ---------------------------------------------------------------------------------------------------------- seizure
+
+
+@pytest.mark.parametrize("parts", [{}, {"spin_inertia": SPIN}], ids=["ideal", "real"])
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_the_momentum_of_a_seized_wheel_goes_into_the_body(parts, sign):
+    stored, brake = sign * 1.5, 2.5
+    simulator = start(Seizure(wheel=1, onset=1.0, brake=brake), momentum=(0.0, stored, 0.0, 0.0), **parts)
+    torque, momentum = run(simulator, np.zeros((100, 1)))
+    time = PERIOD * np.arange(1, 101)
+    expected = sign * np.maximum(abs(stored) - brake * LIMIT * np.maximum(time - 1.0, 0.0), 0.0)
+    np.testing.assert_allclose(momentum[:, 1], expected, rtol=0.0, atol=1e-13)
+    np.testing.assert_allclose(torque[10:39, 1], sign * brake * LIMIT, rtol=1e-14)
+    assert np.all(torque[40:, 1] == 0.0) and np.all(momentum[40:, 1] == 0.0)  # 3 s to stop
+    np.testing.assert_allclose(body_momentum(simulator.state), PYRAMID[:, 1] * stored, rtol=0.0, atol=1e-9)
+    # Whatever is commanded, it does not move any more.
+    torque, momentum = run(simulator, np.random.default_rng(0).choice([-5.0, 0.2, 5.0], (100, 4)))
+    assert np.all(torque[:, 1] == 0.0) and np.all(momentum[:, 1] == 0.0)
+
+
+@pytest.mark.parametrize("step", [0.02, 0.1])
+@pytest.mark.parametrize("command", [-0.15, 0.15])
+def test_the_motor_hastens_or_delays_the_stop(command, step):
+    fault = Seizure(wheel=0, brake=2.0)
+    torque, momentum = run(start(fault, momentum=1.0, step=step), np.full((60, 1), command))
+    time = PERIOD * np.arange(1, 61)
+    expected = np.maximum(1.0 - (0.4 + command) * time, 0.0)
+    np.testing.assert_allclose(momentum[:, 0], expected, rtol=0.0, atol=1e-13)
+    spins = expected > 1e-9
+    np.testing.assert_allclose(torque[spins, 0], 0.4 + command, rtol=0.0, atol=1e-13)
+    assert np.all(momentum[expected == 0.0, 0][1:] == 0.0) and np.all(torque[expected == 0.0, 0][1:] == 0.0)
+
+
+def test_friction_and_lag_do_not_keep_a_wheel_from_seizing():
+    fault = Seizure(wheel=0, onset=1.04, brake=1.2)
+    simulator = start(fault, momentum=1.0, **{**REAL, "lag": 0.5})
+    torque, momentum = run(simulator, np.full((400, 1), -0.2))  # the motor accelerates it against the brake
+    # The net torque is what brake and friction have more than the motor: 0.04 N m and friction, once the motor is up.
+    moving = np.flatnonzero(momentum[50:, 0] > 0.1) + 50
+    drag = FRICTION.torque(momentum[moving, 0] / SPIN)
+    np.testing.assert_allclose(torque[moving, 0] - drag, 0.04 + 0.2 * np.exp(-0.2 * (moving + 1)), rtol=1e-9)
+    assert 200 < np.flatnonzero(momentum[:, 0] == 0.0)[0] < 350
+    assert np.all(np.diff(momentum[11:, 0]) <= 0.0)
+    torque, momentum = run(simulator, np.random.default_rng(0).uniform(-0.2, 0.2, (50, 4)))
+    assert np.all(torque[:, 0] == 0.0) and np.all(momentum[:, 0] == 0.0)
+
+
+@pytest.mark.parametrize("step", [0.02, 0.1])
+def test_a_brake_stops_a_wheel_without_turning_it_round(step):
+    # Wherever within a step it stops; extrapolation from inside the step would spin it backwards.
+    initial = np.linspace(0.0, 0.09, 451)[1:]
+    axes = np.tile([[0.0], [0.0], [1.0]], (1, 6))
+    for momenta in initial.reshape(-1, 6):
+        faults = [Seizure(wheel=wheel, brake=1.5) for wheel in range(6)]
+        signs = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
+        simulator = start(*faults, momentum=signs * momenta, axes=axes, step=step, period=step, duration=30.0)
+        _, momentum = run(simulator, np.zeros((round(0.4 / step), 1)))
+        time = step * np.arange(1, len(momentum) + 1)
+        expected = np.maximum(momenta - 0.3 * time[:, None], 0.0)
+        np.testing.assert_allclose(signs * momentum, expected, rtol=0.0, atol=1e-14)
+
+
+def test_a_seizure_is_stronger_than_any_other_fault_of_the_wheel():
+    seizure = Seizure(wheel=0, onset=2.0, brake=1.5)
+    for other in (
+        HardOver(wheel=0, onset=1.0, random_sign=False, fraction=-1.0),
+        LockInPlace(wheel=0, onset=1.0),
+        LockInPlace(wheel=0, onset=4.0),
+        Bias(wheel=0, onset=1.0, constant=0.09),
+        Outage(wheel=0, onset=1.0),
+        CommandDelay(wheel=0, onset=1.0),
+    ):
+        for faults in itertools.permutations((seizure, other)):
+            simulator = start(*faults, momentum=0.5)
+            torque, momentum = run(simulator, np.full((20, 1), -0.1))
+            run(simulator, np.full((180, 1), 0.1))
+            torque, momentum = run(simulator, np.random.default_rng(0).uniform(-0.2, 0.2, (50, 4)))
+            assert np.all(torque[:, 0] == 0.0) and np.all(momentum[:, 0] == 0.0)
+
+
+def test_a_wheel_that_lets_go_again_obeys_again():
+    torque, momentum = run(start(Seizure(wheel=0, recovery=5.0), momentum=0.3), np.full((60, 1), -0.1))
+    assert np.all(momentum[20:50, 0] == 0.0)
+    np.testing.assert_array_equal(torque[50:, 0], -0.1)
+    np.testing.assert_allclose(momentum[50:, 0], 0.01 * np.arange(1, 11), rtol=1e-12)
+
+
+# ----------------------------------------------------------------------------------------------------- other faults
+
+
+def test_a_locked_real_wheel_keeps_its_whole_torque_through_rest():
+    fault = LockInPlace(wheel=0, onset=1.04, recovery=9.0)
+    simulator = start(fault, momentum=0.2, **REAL)
+    torque, momentum = run(simulator, np.full((40, 1), 0.1))
+    held = torque[10, 0]
+    motor = 0.1 * (1.0 - np.exp(-1.04 / 0.05))
+    struck = momentum[10, 0] + 0.06 * held  # N m s at the onset, within the period
+    assert held == pytest.approx(motor + FRICTION.torque(struck / SPIN), rel=1e-12)
+    assert momentum[10, 0] > 0.0 > momentum[39, 0]
+    np.testing.assert_array_equal(torque[10:40, 0], held)
+    np.testing.assert_allclose(np.diff(momentum[10:40, 0]), -PERIOD * held, rtol=1e-9)
+    # Whatever it is told meanwhile; afterwards the motor goes on from where it was held.
+    torque, _ = run(simulator, np.full((50, 1), -0.2))
+    np.testing.assert_array_equal(torque[:, 0], held)
+    torque, momentum = run(simulator, np.full((1, 1), -0.2))
+    drag = FRICTION.torque(momentum[0, 0] / SPIN)
+    assert torque[0, 0] - drag == pytest.approx(-0.2 + (motor + 0.2) * np.exp(-2.0), abs=1e-12)
+
+
+def test_a_lock_at_the_momentum_limit_holds_nothing():
+    simulator = start(LockInPlace(wheel=0, onset=3.0), momentum=0.9, momentum_limit=1.0, **REAL)
+    torque, momentum = run(simulator, [-0.2] * 30 + [0.2] * 20)
+    assert np.all(torque[29:, 0] == 0.0) and np.all(momentum[29:, 0] == 1.0)
+
+
+def test_a_late_command_is_answered_late_and_otherwise_alike():
+    commands = np.random.default_rng(0).uniform(-0.2, 0.2, (40, 4))
+    for periods in (1, 5):
+        faults = [CommandDelay(wheel=wheel, periods=periods) for wheel in range(3)]
+        late = run(start(*faults, **REAL), commands)
+        prompt = run(start(**REAL), commands)
+        for delayed, usual in zip(late, prompt, strict=True):
+            assert np.all(delayed[:periods, :3] == 0.0)
+            np.testing.assert_array_equal(delayed[periods:, :3], usual[:-periods, :3])
+            np.testing.assert_array_equal(delayed[:, 3], usual[:, 3])
+
+
+def test_a_delay_that_begins_repeats_commands():
+    commands = np.random.default_rng(0).uniform(-0.2, 0.2, (20, 4))
+    fault = CommandDelay(wheel=2, onset=1.0, recovery=1.5, periods=3)
+    torque, momentum = run(start(fault, spin_inertia=SPIN), commands)
+    obeyed = np.r_[0:10, 7:12, 15:20]
+    np.testing.assert_array_equal(torque[:, 2], commands[obeyed, 2])
+    np.testing.assert_allclose(momentum[-1, 2], -PERIOD * commands[obeyed, 2].sum(), atol=1e-14)
+
+
+def test_a_wheel_that_shuts_down_runs_out_and_is_started_again():
+    friction = Friction(coulomb=4e-3)
+    fault = IntermittentShutdown(wheel=1, onset=2.0, mean_acting=4.0, mean_resting=4.0)
+    simulator = start(fault, momentum=2.0, duration=60.0, spin_inertia=SPIN, friction=friction)
+    flips = simulator.faults.switches[0, 0]
+    torque, momentum = run(simulator, np.full((600, 1), 0.02))
+    steps = np.arange(3000) * 0.02
+    shut = (steps >= 2.0 - 1e-9) & (np.searchsorted(flips, steps + 1e-9) % 2 == 0)
+    assert 0.2 < shut.mean() < 0.8
+    push = np.where(shut, 0.0, 0.02) + 4e-3
+    expected = 2.0 - 0.02 * np.cumsum(push)[4::5]
+    moving = expected > 0.1
+    assert moving.sum() > 300
+    np.testing.assert_allclose(momentum[moving, 1], expected[moving], rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(torque[moving, 1], push[4::5][moving], rtol=1e-12)
+
+
+@pytest.mark.parametrize(("onset", "first_step"), [(0.0, 0), (0.02, 1), (0.061, 4), (0.1, 5)])
+def test_faults_of_real_wheels_begin_at_the_next_physics_step(onset, first_step):
+    faults = (
+        Outage(wheel=0, onset=onset),
+        Seizure(wheel=1, onset=onset, brake=2.0),
+        LossOfEffectiveness(wheel=2, onset=onset, effectiveness=0.5),
+        FrictionRise(wheel=3, onset=onset, factor=3.0, rise=0.0),
+    )
+    simulator = start(*faults, momentum=1.0, spin_inertia=SPIN, friction=Friction(coulomb=0.01))
+    _, momentum = run(simulator, np.full((2, 1), 0.1))
+    after = (10 - first_step) * 0.02
+    expected = 1.0 - 0.2 * (0.1 + 0.01) - after * np.array([-0.1, 0.4, -0.05, 0.02])
+    np.testing.assert_allclose(momentum[-1], expected, rtol=0.0, atol=1e-13)
