@@ -283,22 +283,9 @@ def turn_wheel(
                 stiff = nearest <= edge or power > power_limit or brake > 0.0
                 if stiff:
                     reached, torque_1, torque_4 = stiff_step(
-                        array,
-                        j,
-                        momentum,
-                        step,
-                        wanted,
-                        missing,
-                        e_1,
-                        e_2,
-                        e_4,
-                        b_1,
-                        b_2,
-                        b_4,
-                        forward,
-                        backward,
+                        array, j, momentum, step, wanted, missing, e_1, e_2, e_4, b_1, b_2, b_4, forward, backward,
                         brake,
-                    )
+                    )  # fmt: skip
             inside = min(max(reached, -limit), limit)
             mean = (momentum - inside) * per_step
             after = torque_4

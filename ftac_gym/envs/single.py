@@ -36,7 +36,7 @@ class SpacecraftFTCEnv(CoreAccess, gym.Env[Observation, npt.NDArray[Any]]):
 
     A bounded ``Box``; :func:`ftac_gym.envs.observation.observation_layout` tables its named slices, and
     ``env.unwrapped.observation_slices`` holds them. The tier is chosen by ``observation``: ``"attitude"`` (attitude,
-    rate, own commands), ``"telemetry"`` (and wheel momentum), ``"oracle"`` (and the true faults).
+    rate, own commands), ``"telemetry"`` (and wheel momentum and sensor status), ``"oracle"`` (and the true faults).
 
     ## Rewards
 

@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from helpers.wheels import run
 
 from ftac_gym import attitude as att
 from ftac_gym.dynamics import Simulator
@@ -46,16 +47,6 @@ def start(*faults, momentum=0.0, rate=(0.0, 0.0, 0.0), step=0.02, period=PERIOD,
     simulator = Simulator(scenario, 1)
     simulator.reset(scenario.draw(0, 1))
     return simulator
-
-
-def run(simulator, commands):
-    """Return torque on the body and momentum (T, m) after each control period."""
-    torque, momentum = [], []
-    for command in commands:
-        simulator.step(np.broadcast_to(command, simulator.last_command.shape))
-        torque.append(simulator.state.wheel_torque[0].copy())
-        momentum.append(simulator.state.wheel_momentum[0].copy())
-    return np.array(torque), np.array(momentum)
 
 
 def body_momentum(state):

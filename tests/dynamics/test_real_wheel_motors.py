@@ -2,46 +2,12 @@
 
 import numpy as np
 import pytest
+from helpers.wheels import LIMIT, SPIN, run
+from helpers.wheels import one_axis as start
 from scipy.integrate import solve_ivp
 
-from ftac_gym.dynamics import Simulator
-from ftac_gym.faults import DriftingEffectiveness, FaultSchedule, FrictionRise, HardOver, LossOfEffectiveness
+from ftac_gym.faults import DriftingEffectiveness, FrictionRise, HardOver, LossOfEffectiveness
 from ftac_gym.friction import Friction
-from ftac_gym.initial_state import InitialState
-from ftac_gym.scenario import Scenario
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
-
-LIMIT, SPIN = 0.2, 0.02  # N m, kg m^2
-
-
-def start(count, *faults, momentum=0.0, step=0.02, period=0.1, torque_limit=LIMIT, **parts):
-    """A craft with that many wheels about one axis; the body is of no interest."""
-    axes = np.zeros((3, count))
-    axes[2] = 1.0
-    scenario = Scenario(
-        name="wheels",
-        spacecraft=Spacecraft(np.diag([10.0, 12.0, 14.0]), WheelArray(axes, torque_limit, **parts)),
-        initial_state=InitialState.fixed(wheel_momentum=momentum),
-        faults=FaultSchedule(faults) if faults else None,
-        control_period=period,
-        physics_step=step,
-        duration=100.0 * period,
-    )
-    simulator = Simulator(scenario, 1)
-    simulator.reset(scenario.draw(0, 1))
-    return simulator
-
-
-def run(simulator, commands):
-    """Return torque on the body and momentum (T, m) after each control period."""
-    torque, momentum = [], []
-    for command in commands:
-        simulator.step(np.broadcast_to(command, simulator.last_command.shape))
-        torque.append(simulator.state.wheel_torque[0].copy())
-        momentum.append(simulator.state.wheel_momentum[0].copy())
-    return np.array(torque), np.array(momentum)
-
 
 # -------------------------------------------------------------------------------------------------------------- lag
 

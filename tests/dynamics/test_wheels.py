@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers.wheels import run
 
 from ftac_gym import attitude as att
 from ftac_gym import scenarios
@@ -29,16 +30,6 @@ def start(*faults, limit=None, momentum=0.0, torque_limit=0.2, coupling=True, co
     simulator = Simulator(scenario, count)
     simulator.reset(scenario.draw(seed, count))
     return simulator
-
-
-def run(simulator, commands):
-    """Return torque and momentum (T, m) of the first craft after each control period."""
-    torque, momentum = [], []
-    for command in commands:
-        simulator.step(np.broadcast_to(command, simulator.last_command.shape))
-        torque.append(simulator.state.wheel_torque[0].copy())
-        momentum.append(simulator.state.wheel_momentum[0].copy())
-    return np.array(torque), np.array(momentum)
 
 
 def total_momentum(state):
