@@ -69,3 +69,5 @@ def _register(environment_id: str, scenario: str) -> None:
 
 _register("SpacecraftFTC-v0", "flagship")
 _register("SpacecraftFTCTracking-v0", "flagship_tracking")
+_register("SpacecraftFTCZhangZhou2019-v0", "zhang_zhou_2019")
+_register("SpacecraftFTCCao2022-v0", "cao_2022")

@@ -264,6 +264,18 @@ def mrp_derivative(sigma: FloatArray, w: FloatArray) -> FloatArray:
     return scale * w + 0.5 * (cross(sigma, w) + _dot(sigma, w) * sigma)
 
 
+def mrp_curvature(sigma: FloatArray, sigma_dot: FloatArray, w: FloatArray) -> FloatArray:
+    """Return ``G' w`` [1/s^2], shape ``(..., 3)``: what turning adds to ``sigma'' = G' w + G w'``.
+
+    Parameters
+    ----------
+    sigma, sigma_dot, w : FloatArray, shape (..., 3)
+        MRP of the body, its derivative [1/s], and the body rate, body axes [rad/s].
+    """
+    along = _dot(sigma, w) * sigma_dot + _dot(sigma_dot, w) * sigma - _dot(sigma, sigma_dot) * w
+    return 0.5 * (cross(sigma_dot, w) + along)
+
+
 def angular_velocity_from_mrp(sigma: FloatArray, sigma_dot: FloatArray) -> FloatArray:
     """Return the body rate ``w = G^-1 sigma'``, body axes [rad/s], shape ``(..., 3)``, for ``sigma_dot`` [1/s]."""
     root = 4.0 / (1.0 + _dot(sigma, sigma))
@@ -279,8 +291,7 @@ def angular_acceleration_from_mrp(sigma: FloatArray, sigma_dot: FloatArray, sigm
         MRP of the body [-], and its first [1/s] and second [1/s^2] time derivatives.
     """
     w = angular_velocity_from_mrp(sigma, sigma_dot)
-    along = _dot(sigma, w) * sigma_dot + _dot(sigma_dot, w) * sigma - _dot(sigma, sigma_dot) * w
-    return angular_velocity_from_mrp(sigma, sigma_ddot - 0.5 * (cross(sigma_dot, w) + along))
+    return angular_velocity_from_mrp(sigma, sigma_ddot - mrp_curvature(sigma, sigma_dot, w))
 
 
 def mrp_error(attitude_mrp: FloatArray, reference_mrp: FloatArray) -> FloatArray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ftac_gym.faults import FaultEffect
 from ftac_gym.parameters import FloatArray
 
 
@@ -35,6 +36,9 @@ class Measurement:
         (N, 3) rate of the reference, in the reference frame's axes [rad/s].
     reference_acceleration
         (N, 3) its derivative, in the same axes [rad/s^2].
+    truth
+        What the faults do at this moment, or None: nothing that a craft could measure. Only an oracle is given it, and
+        an oracle says so in its name.
     """
 
     time: FloatArray
@@ -46,6 +50,7 @@ class Measurement:
     reference_attitude: FloatArray
     reference_rate: FloatArray
     reference_acceleration: FloatArray
+    truth: FaultEffect | None = None
 
     def __len__(self) -> int:
         """Number of craft N."""

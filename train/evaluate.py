@@ -8,6 +8,7 @@ Examples
 --------
     python train/evaluate.py
     python train/evaluate.py --policies agent pd_dob --episodes 200
+    python train/evaluate.py --policies agent pd_dob nftsm predefined_time --gains tuned
     python train/evaluate.py --policies runs/my_run/agent agent pd_dob --reference agent
     python train/evaluate.py --scenario flagship_hardware --splits
     python train/evaluate.py --seed 3 --episodes 100
@@ -20,6 +21,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 import tyro
@@ -29,8 +31,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from ftac_gym import baselines, scenarios
+from ftac_gym.baselines import tuned
 from ftac_gym.episodes import Episodes
-from ftac_gym.evaluation import Evaluation, Row, compare, evaluate, fault_classes, rollout
+from ftac_gym.evaluation import BaselineContestant, Evaluation, Row, compare, evaluate, fault_classes, rollout
 from ftac_gym.evaluation.agent import SHIPPED
 from ftac_gym.evaluation.gallery import fault_gallery
 from ftac_gym.evaluation.metrics import UNITS
@@ -46,6 +49,8 @@ class Config:
 
     policies: tuple[str, ...] = ("agent", "pd_dob", "pd")
     """What to compare: "agent" (the shipped one), a baseline's name, an agent's folder or a Stable-Baselines3 zip."""
+    gains: Literal["default", "tuned"] = "default"
+    """Gains of the baselines among the policies; agents keep the base that they were trained with."""
     reference: str = "pd_dob"
     """The policy that the others are compared with, episode by episode."""
     scenario: str = "flagship"
@@ -59,7 +64,12 @@ class Config:
     detail: int | None = None
     """Episode to draw in detail; by default the first feasible one in which a bias strikes a settled craft."""
     output: Path = Path("results")
-    """Folder for the results; each scenario has a folder in it."""
+    """Folder for the results; each scenario has a folder in it, or in the folder "tuned" in it with tuned gains."""
+
+    @property
+    def reports(self) -> Path:
+        """Where tables and figures go: those of tuned gains do not replace those of default ones."""
+        return self.output if self.gains == "default" else self.output / self.gains
 
 
 def paths(policies: Sequence[str]) -> dict[str, str]:
@@ -73,6 +83,31 @@ def paths(policies: Sequence[str]) -> dict[str, str]:
         else:
             raise SystemExit(f"--policies: {policy!r} is no baseline ({', '.join(baselines.names())}), agent or file")
     return found
+
+
+def contestants(config: Config) -> dict[str, Any]:
+    """Return what flies for each policy, by its name in the tables; refuse what cannot before any work is done."""
+    try:
+        return {
+            name: BaselineContestant(policy, config.gains) if policy in baselines.names() else policy
+            for name, policy in paths(config.policies).items()
+        }
+    except ValueError as error:
+        raise SystemExit(f"--gains: {error}") from None
+
+
+def gains_used(config: Config) -> str:
+    """Return a line that says which gains the baselines fly with, and how tuned ones were found."""
+    flown = sorted(set(config.policies) & set(baselines.names()))
+    if not flown:
+        return "gains of the baselines: none among the policies"
+    if config.gains == "default":
+        return "gains of the baselines: default"
+    found = []
+    for name in flown:
+        source = tuned.record(name)["provenance"]
+        found.append(f"{name} by {source['trials']} trials on {source['scenario']}")
+    return f"gains of the baselines: tuned ({', '.join(found)})"
 
 
 def draw(config: Config, name: str) -> Episodes:
@@ -90,6 +125,7 @@ def run(config: Config, drawn: dict[str, Episodes], console: Console) -> dict[st
     """Fly all policies through all scenarios, with progress."""
     columns = (TextColumn("{task.description:>18}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     evaluations: dict[str, list[Evaluation]] = {}
+    flown = contestants(config)
     with Progress(*columns, console=console) as progress:
         for scenario, episodes in drawn.items():
             task = progress.add_task(scenario, total=len(episodes) * len(config.policies))
@@ -102,7 +138,7 @@ def run(config: Config, drawn: dict[str, Episodes], console: Console) -> dict[st
                     folder=config.output / scenario / "batches",
                     progress=partial(progress.advance, task),
                 )
-                for name, policy in paths(config.policies).items()
+                for name, policy in flown.items()
             ]
     return evaluations
 
@@ -150,7 +186,8 @@ def interesting(evaluations: list[Evaluation], episodes: Episodes) -> int:
 def main(config: Config) -> None:
     """Compare."""
     console = Console()
-    if config.reference not in paths(config.policies):
+    flown = contestants(config)
+    if config.reference not in flown:
         raise SystemExit(f"--reference: {config.reference!r} is not among the policies {list(config.policies)}")
     names = (config.scenario, *(name for name in config.splits if name != config.scenario))
     for name in names:
@@ -160,7 +197,7 @@ def main(config: Config) -> None:
     scenario, episodes = scenarios.get(config.scenario), drawn[config.scenario]
     if config.detail is not None and not 0 <= config.detail < len(episodes):
         raise SystemExit(f"--detail: {config.detail} is none of the {len(episodes)} episodes")
-    folder = config.output / config.scenario
+    folder = config.reports / config.scenario
     folder.mkdir(parents=True, exist_ok=True)
     source = "frozen" if config.seed is None else f"seed {config.seed}"
     lists = [
@@ -168,6 +205,7 @@ def main(config: Config) -> None:
         f"digest {item.digest()[:12]}"
         for name, item in drawn.items()
     ]
+    lists.append(gains_used(config))
     console.print("\n".join(lists))
     evaluations = run(config, drawn, console)
     console.print("bootstrap intervals ...")
@@ -185,18 +223,18 @@ def main(config: Config) -> None:
     for title, cells in tables.items():
         show(wide, cells, title)
     for name, items in evaluations.items():
-        write_episodes(config.output / name / "episodes.csv", items, drawn[name])
-        write_summary(config.output / name / "summary.csv", rows[name])
+        (config.reports / name).mkdir(parents=True, exist_ok=True)
+        write_episodes(config.reports / name / "episodes.csv", items, drawn[name])
+        write_summary(config.reports / name / "summary.csv", rows[name])
 
     console.print("figures ...")
     cone, chosen = float(np.degrees(scenario.success.angle)), evaluations[config.scenario]
     figure = error_bands(chosen, scenario.control_period, cone, episodes.feasible)
     figure.savefig(folder / "error_bands.png", dpi=120)
     detail = config.detail if config.detail is not None else interesting(chosen, episodes)
-    loaded = paths(config.policies)
-    histories = {name: rollout(scenario, policy, episodes[detail]) for name, policy in loaded.items()}
+    histories = {name: rollout(scenario, policy, episodes[detail]) for name, policy in flown.items()}
     draw_episode(histories).savefig(folder / "episode.png", dpi=110)
-    fault_gallery(scenario, loaded[config.reference]).savefig(folder / "fault_kinds.png", dpi=80)
+    fault_gallery(scenario, flown[config.reference]).savefig(folder / "fault_kinds.png", dpi=80)
     report = [
         f"# {config.scenario}: {', '.join(config.policies)}",
         "Same episodes for every policy; 95 % bootstrap intervals.",

@@ -1,41 +1,30 @@
 """Tune the gains of a baseline on the training split, for the agents' objective: the mean return.
 
-Prints the best gains found, and how far they got on episodes that the search did not see.
+CMA-ES searches where the baseline says that its gains may lie. The study lies in a folder and goes on where it stopped
+if the same command is given again; a larger number of trials goes on further. Prints the best gains found, and how far
+they got on episodes that the search did not see; --store makes them the baseline's tuned gains.
 
-Example
--------
-    python train/tune.py --baseline pd_dob --generations 12
+Examples
+--------
+    python train/tune.py --baseline pd_dob --trials 400
+    python train/tune.py --baseline pd_dob --trials 400 --store
 """
 
 from __future__ import annotations
 
+import dataclasses
 import json
-from concurrent.futures import ProcessPoolExecutor
+import subprocess
 from dataclasses import dataclass
-from functools import partial
-from typing import Any
+from pathlib import Path
 
-import numpy as np
 import tyro
-from scipy.optimize import differential_evolution
 from tqdm import tqdm
 
-from ftac_gym import scenarios
+from ftac_gym import baselines, scenarios
 from ftac_gym.evaluation.metrics import summarize
-from ftac_gym.evaluation.rollout import BaselineContestant, rollout
-
-# The sampled rate loop of a 10 Hz controller is stable below a rate gain of 20 1/s. Searching up to 8 1/s keeps a gain
-# margin of 8 dB, of which the observer takes its part: gains that only work on a perfect wheel are no use.
-SPACES: dict[str, dict[str, tuple[float, float]]] = {
-    "pd": {
-        "rate_gain": (0.5, 8.0),
-        "position_share": (0.1, 0.8),
-        "braking_share": (0.2, 1.0),
-        "rate_limit": (0.05, 0.3),
-        "attitude_filter_time": (0.1, 5.0),
-    },
-}
-SPACES["pd_dob"] = {**SPACES["pd"], "bandwidth": (0.2, 5.0)}
+from ftac_gym.evaluation.search import Search, fly
+from ftac_gym.evaluation.tuning import open_study, store, tune
 
 
 @dataclass(frozen=True)
@@ -46,66 +35,88 @@ class Config:
     """Baseline to tune."""
     scenario: str = "flagship"
     """Scenario whose episodes are drawn."""
+    trials: int = 300
+    """Budget: how many gains are flown in all, those of an earlier call among them."""
     episodes: int = 300
-    """Episodes that every candidate flies."""
+    """Episodes that all of them fly, of which the feasible ones count."""
     seed: int = 800_000
     """Seed of those episodes; the next seed checks the result."""
-    population: int = 6
-    """Candidates per generation and gain."""
-    generations: int = 10
-    """Generations of differential evolution."""
+    sampler_seed: int = 0
+    """Seed of CMA-ES."""
     workers: int = 2
-    """Processes."""
+    """Processes; they do not change the result."""
+    folder: Path | None = None
+    """Where the study lies; by default runs/tuning/BASELINE."""
+    store: bool = False
+    """Write the gains and their provenance into the package, for gains="tuned"."""
 
 
-def gains_of(baseline: str, point: np.ndarray) -> dict[str, Any]:
-    """Turn a point of the search space into gains; the position gain is searched as a share of the rate gain."""
-    gains = dict(zip(SPACES[baseline], (round(float(value), 4) for value in point), strict=True))
-    gains["position_gain"] = round(gains["rate_gain"] * gains.pop("position_share"), 4)
-    return gains
+def command(config: Config) -> str:
+    """Return the command line that finds the same gains."""
+    words = [f"python train/tune.py --baseline {config.baseline}"]
+    default = Config()
+    for name in ("scenario", "trials", "episodes", "seed", "sampler_seed"):
+        # The budget is stated even if it is the usual one.
+        if name == "trials" or getattr(config, name) != getattr(default, name):
+            words.append(f"--{name.replace('_', '-')} {getattr(config, name)}")
+    return " ".join([*words, "--store"])
 
 
-def cost(point: np.ndarray, config: Config, seed: int) -> float:
-    """Return the negative mean return over the feasible episodes."""
-    history = rollout(
-        config.scenario, BaselineContestant(config.baseline, **gains_of(config.baseline, point)), seed=seed,
-        count=config.episodes,
-    )  # fmt: skip
-    return -float(history.metrics()["return"][history.episodes.feasible].mean())
+def commit() -> str | None:
+    """Return the git commit of the code; None outside a checkout."""
+    try:
+        return subprocess.run(
+            ["git", "rev-parse", "HEAD"], capture_output=True, text=True, check=True, cwd=Path(__file__).parent
+        ).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return None
 
 
 def main(config: Config) -> None:
     """Search, and report."""
     for name, value, known in (
-        ("baseline", config.baseline, sorted(SPACES)),
+        ("baseline", config.baseline, baselines.names()),
         ("scenario", config.scenario, scenarios.names()),
     ):
         if value not in known:
             raise SystemExit(f"--{name} must be one of {known}, got {value!r}")
-    bounds: Any = list(SPACES[config.baseline].values())
-    bar = tqdm(total=config.generations, desc=f"tuning {config.baseline}")
+    for name in ("trials", "workers"):
+        if getattr(config, name) < 1:
+            raise SystemExit(f"--{name} must be positive, got {getattr(config, name)}")
+    # The tree may move on while it searches.
+    made_by = commit()
+    folder = config.folder if config.folder is not None else Path("runs/tuning") / config.baseline
+    try:
+        search = Search(
+            config.baseline, scenarios.get(config.scenario), config.episodes, config.seed, config.sampler_seed
+        )
+        open_study(search, folder)
+    except ValueError as error:
+        raise SystemExit(f"--{error}") from None
+    with tqdm(total=config.trials, desc=f"tuning {config.baseline}", unit="trial") as bar:
 
-    def progress(intermediate_result: Any) -> None:
-        bar.set_postfix(mean_return=f"{-intermediate_result.fun:.3f}")
-        bar.update()
+        def progress(done: int, best: float) -> None:
+            # What lay on disk took no time.
+            bar.initial = bar.initial if bar.n else done
+            bar.set_postfix(mean_return=f"{best:.3f}", refresh=False)
+            bar.update(done - bar.n)
 
-    with ProcessPoolExecutor(config.workers) as pool:
-        result = differential_evolution(
-            partial(cost, config=config, seed=config.seed), bounds,
-            popsize=config.population, maxiter=config.generations, workers=pool.map, updating="deferred", rng=0,
-            polish=False, tol=0.0, callback=progress,
-        )  # fmt: skip
-    bar.close()
-    gains = gains_of(config.baseline, result.x)
-    print(f"evaluated {result.nfev} candidates on {config.episodes} episodes")
-    print(f"gains: {json.dumps(gains)}")
-    for name, contestant in (
-        ("tuned", BaselineContestant(config.baseline, **gains)),
-        ("default", BaselineContestant(config.baseline)),
-    ):
-        history = rollout(config.scenario, contestant, seed=config.seed + 1, count=config.episodes)
-        summary = summarize({key: value[history.episodes.feasible] for key, value in history.metrics().items()})
-        print(f"{name} on fresh episodes: " + ", ".join(f"{key} {value:.4g}" for key, value in summary.items()))
+        result = tune(search, folder, config.trials, config.workers, progress)
+    if result.trials > config.trials:
+        print(f"{folder} holds more than {config.trials} trials: all of them count")
+    print(f"flew {result.trials} trials on {config.episodes} episodes; {result.failed} could not be flown")
+    print(f"gains: {json.dumps(result.gains)}")
+    print(f"mean return: {result.mean_return:.5g}")
+    fresh = {}
+    for label, gains in (("tuned", result.gains), ("default", {})):
+        metrics = fly(search, gains, config.seed + 1)
+        fresh[label] = float(metrics["return"].mean())
+        values = {**summarize(metrics), "mean return": fresh[label]}
+        values["median return"] = values.pop("return")
+        print(f"{label} on fresh episodes: " + ", ".join(f"{key} {value:.4g}" for key, value in values.items()))
+    if config.store:
+        counted = dataclasses.replace(config, trials=result.trials)
+        print(f"stored {store(result, command(counted), made_by, fresh)}")
 
 
 if __name__ == "__main__":

@@ -3,27 +3,98 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
+from ftac_gym.baselines import tuned
 from ftac_gym.baselines.baseline import Baseline
+from ftac_gym.baselines.controllers.nftsm import NFTSM
 from ftac_gym.baselines.controllers.pd import PD, PDDisturbanceObserver
+from ftac_gym.baselines.controllers.predefined_time import PredefinedTimeLaw
+from ftac_gym.baselines.controllers.ptc import PTC
+from ftac_gym.baselines.controllers.shen_class import ShenClass
+from ftac_gym.baselines.controllers.tsmc_class import TSMCClass
+from ftac_gym.baselines.controllers.zhang_zhou_stabilisation import ZhangZhouStabilisation
+from ftac_gym.baselines.controllers.zhang_zhou_tracking import ZhangZhouTracking
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.policy import BaselinePolicy, as_action, measurement_of
+from ftac_gym.baselines.search import Range, SearchSpace, nested
 from ftac_gym.parameters import require
 from ftac_gym.scenario import Scenario
 
-_BUILDERS: dict[str, type[Baseline]] = {
-    "pd": PD,
-    "pd_dob": PDDisturbanceObserver,
+GAINS = ("default", "tuned")
+"""Sets of gains that :func:`make` knows by name."""
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """A law under a name, with the gains that make it that variant."""
+
+    law: type[Baseline]
+    gains: Mapping[str, Any] = field(default_factory=dict)
+
+
+def _variants(name: str, law: type[Baseline], observer: str, **gains: Any) -> dict[str, _Entry]:
+    """Return a law under its name with its observer, as published, and without one and with the truth."""
+    return {
+        name: _Entry(law, {**gains, "faults": observer}),
+        f"{name}_no_observer": _Entry(law, {**gains, "faults": "none"}),
+        f"{name}_oracle": _Entry(law, {**gains, "faults": "oracle"}),
+    }
+
+
+def _sampled(name: str, law: type[Baseline], observer: str, gains: Mapping[str, Any]) -> dict[str, _Entry]:
+    """Return a law for sampled craft under its name without an observer, and with one and with the truth."""
+    return {
+        name: _Entry(law),
+        f"{name}_observer": _Entry(law, {"faults": observer, "observer": gains}),
+        f"{name}_oracle": _Entry(law, {"faults": "oracle"}),
+    }
+
+
+_ENTRIES: dict[str, _Entry] = {
+    "pd": _Entry(PD),
+    "pd_dob": _Entry(PDDisturbanceObserver),
+    **_sampled("nftsm", NFTSM, "asmo", {}),
+    **_sampled("predefined_time", PredefinedTimeLaw, "lo_corrected", {"first": 2.0, "second": 2.0, "full_torque": 0.1}),
+    **_variants("zhang_zhou_stabilisation", ZhangZhouStabilisation, "asmo"),
+    **_variants("zhang_zhou_tracking", ZhangZhouTracking, "asmo"),
+    **_variants("ptc", PTC, "lo_corrected"),
+    # Table 1's exponent with the smallest change that makes it a controller.
+    "ptc_regularised": _Entry(
+        PTC, {"faults": "lo_corrected", "position_exponent": 0.5, "position_regularisation": 1e-4}
+    ),
+    "ptc_printed": _Entry(PTC, {"faults": "lo", "position_exponent": 0.5}),
+    "tsmc_class": _Entry(TSMCClass),  # the comparators are built from their families, hence -class
+    "shen_class": _Entry(ShenClass),
 }
 
 
 def names() -> list[str]:
     """Return the names of all baselines."""
-    return sorted(_BUILDERS)
+    return sorted(_ENTRIES)
 
 
-def make(name: str, scenario: Scenario, num_craft: int = 1, **gains: Any) -> Baseline:
+def _entry(name: str) -> _Entry:
+    require(name in _ENTRIES, "baseline", f"must be one of {names()}", name)
+    return _ENTRIES[name]
+
+
+def law(name: str) -> type[Baseline]:
+    """Return the class of a baseline.
+
+    Raises
+    ------
+    ValueError
+        If the name is unknown.
+    """
+    return _entry(name).law
+
+
+def make(
+    name: str, scenario: Scenario, num_craft: int = 1, gains: str = "default", **changes: Any
+) -> Baseline:  # fmt: skip
     """Build a baseline.
 
     Parameters
@@ -34,19 +105,28 @@ def make(name: str, scenario: Scenario, num_craft: int = 1, **gains: Any) -> Bas
         The task.
     num_craft
         Number of craft.
-    **gains
-        Parameters of the law; see its class.
+    gains
+        ``"default"`` for the law's own, ``"tuned"`` for those that ``train/tune.py`` found (:mod:`.tuned`).
+    **changes
+        Parameters of the law that differ from these; see its class.
 
     Raises
     ------
     ValueError
-        If the name or a gain is unknown, or a gain breaks a rule.
+        If the name or a gain is unknown, a gain breaks a rule, there are no tuned gains, or the law does not fit the
+        scenario.
     """
-    require(name in _BUILDERS, "baseline", f"must be one of {names()}", name)
+    entry = _entry(name)
+    require(gains in GAINS, "gains", f"must be one of {list(GAINS)}", gains)
+    chosen = {**entry.gains, **(tuned.gains(name) if gains == "tuned" else {}), **changes}
+    if isinstance(own := entry.gains.get("observer"), Mapping) and isinstance(chosen["observer"], Mapping):
+        chosen["observer"] = {**own, **chosen["observer"]}
     try:
-        return _BUILDERS[name](scenario, num_craft, **gains)
+        return entry.law(scenario, num_craft, **chosen)
     except TypeError as error:
         raise ValueError(f"gains of {name}: {error}") from None
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from None
 
 
 def defaults(name: str) -> dict[str, Any]:
@@ -57,22 +137,39 @@ def defaults(name: str) -> dict[str, Any]:
     ValueError
         If the name is unknown.
     """
-    require(name in _BUILDERS, "baseline", f"must be one of {names()}", name)
+    entry = _entry(name)
     gains: dict[str, Any] = {}
-    for law in reversed(_BUILDERS[name].__mro__):
-        for parameter in inspect.signature(law.__init__).parameters.values():  # type: ignore[misc]
+    for base in reversed(entry.law.__mro__):
+        for parameter in inspect.signature(base.__init__).parameters.values():  # type: ignore[misc]
             if parameter.default is not parameter.empty and parameter.name != "num_craft":
                 gains[parameter.name] = parameter.default
-    return gains
+    return {**gains, **entry.gains}
+
+
+def search_space(name: str) -> SearchSpace:
+    """Return where the gains of a baseline may lie, by the name of the gain.
+
+    Raises
+    ------
+    ValueError
+        If the name is unknown.
+    """
+    entry = _entry(name)
+    return entry.law.space(**entry.gains)
 
 
 __all__ = [
+    "GAINS",
     "Baseline",
     "BaselinePolicy",
     "FaultEstimate",
+    "Range",
     "as_action",
     "defaults",
+    "law",
     "make",
     "measurement_of",
     "names",
+    "nested",
+    "search_space",
 ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ftac_gym.feasibility import envelope_normals
-from ftac_gym.parameters import FloatArray, require
+from ftac_gym.parameters import FloatArray, non_negative, require
 from ftac_gym.wheels import WheelArray
 
 
@@ -25,6 +25,48 @@ def pseudo_inverse(axes: FloatArray) -> FloatArray:
     require(int(np.linalg.matrix_rank(axes)) == 3, "axes", "must span three dimensions", axes.tolist())
     inverse: FloatArray = np.linalg.pinv(axes).astype(np.float64)
     return inverse
+
+
+class EffectivenessAllocation:
+    """Wheel torques that give a torque on the body through wheels that are believed to be weak.
+
+    u = E^p D' (D E^(p+1) D')^-1 torque, so that D E u = torque: for p = 1 the pseudo-inverse of D E (Eq. (26) of Cao et
+    al. 2022), for p = 2 the allocation of Eqs. (36) and (70) of Zhang and Zhou 2019, which spares weak wheels more.
+
+    Parameters
+    ----------
+    axes
+        (3, m) wheel axes.
+    power
+        p, not negative.
+    smallest
+        Effectiveness below this counts as this, which keeps the matrix invertible however many wheels are believed
+        dead.
+
+    Raises
+    ------
+    ValueError
+        If the axes do not span space or a value breaks a rule.
+    """
+
+    def __init__(self, axes: FloatArray, power: float, smallest: float = 0.05) -> None:
+        self._healthy = pseudo_inverse(axes).T
+        self._axes = axes
+        self._power = non_negative(power, "power")
+        require(0.0 < smallest <= 1.0, "smallest", "must lie within (0, 1]", smallest)
+        self._smallest = smallest
+        self._outer = np.einsum("ij,kj->jik", axes, axes).reshape(axes.shape[1], 9)
+
+    def __call__(self, torque: FloatArray, effectiveness: FloatArray | None) -> FloatArray:
+        """Allocate torques (N, 3) [N m] to wheels (N, m) [N m], not limited; None: all wheels are healthy."""
+        if effectiveness is None:
+            return torque @ self._healthy
+        safe = np.maximum(effectiveness, self._smallest)
+        weights = safe**self._power
+        matrices = ((weights * safe) @ self._outer).reshape(-1, 3, 3)
+        solved = np.linalg.solve(matrices, torque[:, :, None])[:, :, 0]
+        allocated: FloatArray = weights * (solved @ self._axes)
+        return allocated
 
 
 class MinimaxAllocation:

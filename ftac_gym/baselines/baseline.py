@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy.typing as npt
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.policy import BaselinePolicy
+from ftac_gym.baselines.search import SearchSpace, flat, nested
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, require
 from ftac_gym.scenario import Scenario
@@ -31,8 +33,10 @@ class Baseline(ABC):
         Number of craft N.
     """
 
-    information: ClassVar[str] = "attitude"
+    information: str = "attitude"
     """The tier of information it uses: attitude, telemetry or oracle."""
+    search_space: ClassVar[SearchSpace] = {}
+    """Where a tuner looks for the gains of the law itself."""
 
     def __init__(self, scenario: Scenario, num_craft: int = 1) -> None:
         require(isinstance(scenario, Scenario), "scenario", "must be a Scenario", scenario)
@@ -42,6 +46,24 @@ class Baseline(ABC):
         self.num_craft = int(num_craft)
         self.memory = Memory(self.num_craft)
         """All that the baseline and its observers carry from one call to the next."""
+
+    @classmethod
+    def space(cls, **gains: Any) -> SearchSpace:
+        """Return where a tuner looks, for the variant of the law that has these gains."""
+        return cls.search_space
+
+    @classmethod
+    def gains_at(cls, point: Mapping[str, float]) -> dict[str, Any]:
+        """Return the gains at a point of the search space."""
+        return nested(point)
+
+    @classmethod
+    def point_of(cls, gains: Mapping[str, Any]) -> dict[str, float]:
+        """Return the point of the search space that has these gains, as far as they say: what :meth:`gains_at` undoes.
+
+        Gains that are no numbers, or are not given, are left out.
+        """
+        return flat(gains)
 
     @abstractmethod
     def act(self, measurement: Measurement) -> FloatArray:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+import numpy.typing as npt
+
 from ftac_gym.parameters import FloatArray
 
 
@@ -18,9 +21,12 @@ class FaultEstimate:
     effectiveness
         (N, m) effectiveness of each wheel.
     bias
-        (N, m) uncommanded torque of each wheel [N m].
+        (N, m) uncommanded torque of each wheel [N m]; what lies in the null space of the wheel axes cannot be seen.
+    identifiable
+        (N, m) whether each wheel has been given enough sustained torque of late to tell its effectiveness.
     """
 
     disturbance: FloatArray | None = None
     effectiveness: FloatArray | None = None
     bias: FloatArray | None = None
+    identifiable: npt.NDArray[np.bool_] | None = None

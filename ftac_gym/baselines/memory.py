@@ -40,6 +40,10 @@ class Memory:
         self._initial[name] = np.full((self._num_craft, *shape), initial)
         self._arrays[name] = self._initial[name].copy()
 
+    def has(self, name: str) -> bool:
+        """Whether there is an array of this name."""
+        return name in self._arrays
+
     def __getitem__(self, name: str) -> npt.NDArray[Any]:
         """Return an array; it must not be written to in place."""
         return self._arrays[name]

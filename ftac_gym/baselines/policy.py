@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from ftac_gym.faults import FaultEffect
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, require
 
@@ -15,13 +16,15 @@ if TYPE_CHECKING:
     from ftac_gym.baselines.baseline import Baseline
 
 
-def measurement_of(env: Any) -> Measurement:
+def measurement_of(env: Any, truth: bool = False) -> Measurement:
     """Return the measurement of all craft of an environment.
 
     Parameters
     ----------
     env
         A Gymnasium environment, a vector environment or an SB3 vector environment of this package, wrapped or not.
+    truth
+        Whether to add what the faults do, for an oracle.
 
     Raises
     ------
@@ -30,13 +33,15 @@ def measurement_of(env: Any) -> Measurement:
     """
     source = getattr(env, "unwrapped", env)
     if callable(getattr(source, "measurement", None)):
-        measurement: Measurement = source.measurement()
+        measurement: Measurement = source.measurement(truth=truth)
         return measurement
     # Stable-Baselines3's own vector environments hold single environments.
     require(callable(getattr(env, "env_method", None)), "env", "must have a measurement() method", env)
-    parts = env.env_method("measurement")
-    names = [field.name for field in dataclasses.fields(Measurement)]
-    return Measurement(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
+    parts = env.env_method("measurement", truth=truth)
+    names = [field.name for field in dataclasses.fields(Measurement) if field.name != "truth"]
+    effect = FaultEffect(*map(np.concatenate, zip(*(part.truth for part in parts), strict=True))) if truth else None
+    arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+    return Measurement(**arrays, truth=effect)
 
 
 def as_action(command: FloatArray, torque_limits: FloatArray) -> FloatArray:
@@ -83,7 +88,7 @@ class BaselinePolicy:
         deterministic
             Ignored: a baseline always is.
         """
-        measurement = measurement_of(self.env)
+        measurement = measurement_of(self.env, truth=self.baseline.information == "oracle")
         craft = self.baseline.num_craft
         require(len(measurement) == craft, "num_craft", f"must be that of the environment, {len(measurement)}", craft)
         started = measurement.time == 0.0 if episode_start is None else np.atleast_1d(episode_start).astype(np.bool_)

@@ -13,7 +13,7 @@ from ftac_gym.dynamics.plant import advance
 from ftac_gym.dynamics.sensing import sense
 from ftac_gym.dynamics.wheel_table import wheel_table
 from ftac_gym.episodes import Episodes
-from ftac_gym.faults import DrawnFaults
+from ftac_gym.faults import DrawnFaults, FaultEffect, fault_effect
 from ftac_gym.faults.command_delay import LONGEST_DELAY
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, require
@@ -230,8 +230,19 @@ class Simulator:
             self._substeps,
         )  # fmt: skip
 
-    def measurement(self) -> Measurement:
-        """Return what the craft measure now; the arrays are the caller's to keep."""
+    def truth(self) -> FaultEffect:
+        """Return what the faults of all craft do now."""
+        wheels = self.scenario.spacecraft.wheels
+        return fault_effect(self.faults, self.time, wheels, self.state.wheel_momentum, self.state.wheel_torque)
+
+    def measurement(self, truth: bool = False) -> Measurement:
+        """Return what the craft measure now; the arrays are the caller's to keep.
+
+        Parameters
+        ----------
+        truth
+            Whether to add what the faults do, for an oracle.
+        """
         return Measurement(
             time=self.time,
             attitude=self.measured_attitude.copy(),
@@ -242,6 +253,7 @@ class Simulator:
             reference_attitude=self.reference_attitude.copy(),
             reference_rate=self.reference_rate.copy(),
             reference_acceleration=self.reference_acceleration.copy(),
+            truth=self.truth() if truth else None,
         )
 
     def _drawn(self) -> dict[str, npt.NDArray[Any]]:

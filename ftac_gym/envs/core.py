@@ -146,9 +146,9 @@ class Core:
         truncated = simulator.ticks >= self.horizon
         return observation, terms, terminated, truncated
 
-    def measurement(self) -> Measurement:
-        """Return what the craft measure now."""
-        return self.simulator.measurement()
+    def measurement(self, truth: bool = False) -> Measurement:
+        """Return what the craft measure now, and for an oracle what the faults do."""
+        return self.simulator.measurement(truth)
 
     def facts(self) -> dict[str, FloatArray | BoolArray]:
         """Facts about the present moment of all craft, one array (N,) each; angles in degrees."""
@@ -205,9 +205,15 @@ class CoreAccess:
         self.core.scenario = self.core.scenario.replace(faults=dataclasses.replace(faults, severity=severity))
         self.core.simulator.scenario = self.core.scenario
 
-    def measurement(self) -> Measurement:
-        """Return what the craft measure now, always with the craft on the first axis: the input of baselines."""
-        return self.core.measurement()
+    def measurement(self, truth: bool = False) -> Measurement:
+        """Return what the craft measure now, always with the craft on the first axis: the input of baselines.
+
+        Parameters
+        ----------
+        truth
+            Whether to add what the faults do; an oracle needs it, and nothing else may have it.
+        """
+        return self.core.measurement(truth)
 
 
 def requested_episodes(options: Mapping[str, Any] | None, known: tuple[str, ...]) -> Episodes | None:

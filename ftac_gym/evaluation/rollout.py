@@ -13,6 +13,7 @@ import numpy as np
 from gymnasium.vector import VectorEnv
 
 from ftac_gym import baselines, scenarios
+from ftac_gym.baselines import tuned
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.episodes import Episodes
 from ftac_gym.evaluation.metrics import Metrics, episode_metrics
@@ -41,22 +42,34 @@ class BaselineContestant:
     ----------
     law
         Name of a baseline, or a class of your own.
-    **gains
-        Its gains.
+    gains
+        ``"default"`` or ``"tuned"``, as for :func:`ftac_gym.baselines.make`; only the default for your own class.
+    **changes
+        Gains that differ from these.
+
+    Raises
+    ------
+    ValueError
+        If the name is unknown or it has no such gains.
     """
 
     tier = "attitude"
 
-    def __init__(self, law: str | type[baselines.Baseline], **gains: Any) -> None:
+    def __init__(self, law: str | type[baselines.Baseline], gains: str = "default", **changes: Any) -> None:
         self.fingerprint: str | None = None
         """Same for the same policy: finished batches are found by it. None for a law that is not of this package."""
         if isinstance(law, str):
             require(law in baselines.names(), "baseline", f"must be one of {baselines.names()}", law)
+            require(gains in baselines.GAINS, "gains", f"must be one of {list(baselines.GAINS)}", gains)
+            # Tuned gains are data: their name says nothing of what they are, and they are read once, here.
+            if gains == "tuned":
+                changes = {**tuned.gains(law), **changes}
             self._build: Callable[..., baselines.Baseline] = partial(baselines.make, law)
-            self.fingerprint = json.dumps([law, gains], sort_keys=True)
+            self.fingerprint = json.dumps([law, changes], sort_keys=True)
         else:
+            require(gains == "default", "gains", "must be 'default' for a law that is not of this package", gains)
             self._build = law
-        self._gains = gains
+        self._gains = changes
         self._policy: baselines.BaselinePolicy | None = None
 
     def attach(self, env: SpacecraftFTCVectorEnv) -> VectorEnv[Any, Any, Any]:

@@ -6,7 +6,8 @@ from collections.abc import Callable
 
 from ftac_gym.parameters import require
 from ftac_gym.scenario import Scenario
-from ftac_gym.scenarios import splits
+from ftac_gym.scenarios import splits, zhang_zhou_2019
+from ftac_gym.scenarios.cao_2022 import cao_2022
 from ftac_gym.scenarios.flagship import flagship, flagship_tracking
 from ftac_gym.scenarios.shen_2019 import shen_2019
 from ftac_gym.scenarios.splits import SPLITS
@@ -20,6 +21,11 @@ _BUILDERS: dict[str, Callable[[], Scenario]] = {
     "flagship_hardware": splits.flagship_hardware,
     "flagship_tracking": flagship_tracking,
     "shen_2019": shen_2019,
+    "zhang_zhou_2019": zhang_zhou_2019.zhang_zhou_2019,
+    "zhang_zhou_2019_2nm": zhang_zhou_2019.zhang_zhou_2019_2nm,
+    "zhang_zhou_2019_feasible": zhang_zhou_2019.zhang_zhou_2019_feasible,
+    "zhang_zhou_2019_stabilisation": zhang_zhou_2019.zhang_zhou_2019_stabilisation,
+    "cao_2022": cao_2022,
 }
 
 __all__ = ["SPLITS", "get", "names"]

@@ -46,6 +46,8 @@ class _Base:
         self._env = inner
         self._limits = inner.scenario.spacecraft.wheels.torque_limits
         self.baseline: Baseline = baselines.make(base, inner.scenario, num_craft, **gains)
+        blind = self.baseline.information != "oracle"
+        require(blind, "base", "must not be an oracle: an agent would act on what no craft can know", base)
         self.action = np.zeros((num_craft, len(self._limits)))
 
     def update(self) -> None:

@@ -50,9 +50,9 @@ class SB3VecEnv(VecEnv):
         self._returns = np.zeros(self.num_envs)
         self._lengths = np.zeros(self.num_envs, dtype=np.int64)
 
-    def measurement(self) -> Measurement:
-        """Return what the craft measure now: the input of baselines."""
-        measurement: Measurement = self.env.unwrapped.measurement()  # type: ignore[attr-defined]
+    def measurement(self, truth: bool = False) -> Measurement:
+        """Return what the craft measure now: the input of baselines; with what the faults do, for an oracle."""
+        measurement: Measurement = self.env.unwrapped.measurement(truth)  # type: ignore[attr-defined]
         return measurement
 
     def reset(self) -> npt.NDArray[Any]:

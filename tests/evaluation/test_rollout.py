@@ -139,7 +139,7 @@ def test_resolve_policy():
     policy = Constant(np.zeros(4))
     assert resolve_policy(policy) is policy
     assert isinstance(resolve_policy("pd"), BaselineContestant)
-    with pytest.raises(ValueError, match=r"policy must be one of \['pd', .*\] or the path of an agent, got 'nobody'"):
+    with pytest.raises(ValueError, match=r"policy must be one of \[.*'pd', .*\] or the path of an agent, got 'nobody'"):
         resolve_policy("nobody")
     with pytest.raises(ValueError, match=r"baseline must be one of .*, got 'nobody'"):
         BaselineContestant("nobody")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -10,8 +11,10 @@ from ftac_gym.attitude import cross, quaternion_error, rotate_to_body
 from ftac_gym.baselines.allocation import MinimaxAllocation, pseudo_inverse, scale_to_limits
 from ftac_gym.baselines.baseline import Baseline
 from ftac_gym.baselines.estimate import FaultEstimate
+from ftac_gym.baselines.gyroscopic import GyroscopicModel
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter
-from ftac_gym.baselines.observers.disturbance_observer import DisturbanceObserver, GyroscopicModel
+from ftac_gym.baselines.observers.disturbance_observer import DisturbanceObserver
+from ftac_gym.baselines.search import Range, SearchSpace
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, positive, require
 from ftac_gym.scenario import Scenario
@@ -54,6 +57,30 @@ class PD(Baseline):
     ValueError
         If a gain breaks a rule or a wheel has no torque limit.
     """
+
+    # The sampled rate loop of a 10 Hz controller is stable below a rate gain of 20 1/s. Searching up to 8 1/s keeps a
+    # gain margin of 8 dB, of which the observer takes its part: gains that only work on a perfect wheel are no use.
+    search_space: ClassVar[SearchSpace] = {
+        "rate_gain": Range(0.5, 8.0),
+        "position_share": Range(0.1, 0.8),
+        "braking_share": Range(0.2, 1.0),
+        "rate_limit": Range(0.05, 0.3),
+        "attitude_filter_time": Range(0.1, 5.0),
+    }
+
+    @classmethod
+    def gains_at(cls, point: Mapping[str, float]) -> dict[str, Any]:
+        """Return the gains at a point; the position gain is searched as a share of the rate gain, which limits it."""
+        gains = dict(point)
+        gains["position_gain"] = gains["rate_gain"] * gains.pop("position_share")
+        return gains
+
+    @classmethod
+    def point_of(cls, gains: Mapping[str, Any]) -> dict[str, float]:
+        """Return the point that has these gains."""
+        point = super().point_of(gains)
+        point["position_share"] = point.pop("position_gain") / point["rate_gain"]
+        return point
 
     def __init__(
         self,
@@ -136,6 +163,8 @@ class PDDisturbanceObserver(PD):
     **gains
         Those of :class:`PD`.
     """
+
+    search_space: ClassVar[SearchSpace] = {**PD.search_space, "bandwidth": Range(0.2, 5.0)}
 
     def __init__(
         self,

@@ -1,1 +1,81 @@
-"""Observers, one per file."""
+"""Observers, one per file; those of faults by name.
+
+Every fault observer has one method, ``update(measurement, command, dt) -> FaultEstimate``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+from ftac_gym.baselines.estimate import FaultEstimate
+from ftac_gym.baselines.memory import Memory
+from ftac_gym.baselines.observers.learning_observer import LearningObserver
+from ftac_gym.baselines.observers.sliding_mode_observer import SlidingModeObserver
+from ftac_gym.baselines.search import SearchSpace
+from ftac_gym.measurement import Measurement
+from ftac_gym.parameters import FloatArray, require
+from ftac_gym.scenario import Scenario
+
+
+class FaultObserver(Protocol):
+    """What estimates faults."""
+
+    def update(self, measurement: Measurement, command: FloatArray, dt: float) -> FaultEstimate:
+        """Take in a measurement and the command (N, m) [N m] of the period dt [s] that ends with it."""
+
+
+_PRINTED_GAINS: dict[str, Any] = {
+    "rate_gain": (80.0, 50.0, 60.0),
+    # The first three rows of the 4 x 3 matrices of Table 1.
+    "first": ((8.0, 0.0, 0.0), (0.0, 15.0, 0.0), (0.0, 0.0, 12.0)),
+    "second": ((20.0, 0.0, 0.0), (0.0, 3.0, 0.0), (0.0, 0.0, 8.0)),
+}
+
+_OBSERVERS: dict[str, tuple[type[SlidingModeObserver] | type[LearningObserver], Mapping[str, Any]]] = {
+    "asmo": (SlidingModeObserver, {}),
+    "asmo_printed": (SlidingModeObserver, {"effectiveness_gain": 0.5, "bias_gain": 1.0, "layer": 0.0}),
+    "lo": (LearningObserver, {**_PRINTED_GAINS, "forgetting": 0.9, "switching": 2.5, "full_torque": None}),
+    "lo_corrected": (LearningObserver, {}),
+}
+
+
+def names() -> list[str]:
+    """Return the names of the fault observers."""
+    return sorted(_OBSERVERS)
+
+
+def make(name: str, scenario: Scenario, memory: Memory, **gains: Any) -> FaultObserver:
+    """Build a fault observer.
+
+    Parameters
+    ----------
+    name
+        One of :func:`names`.
+    scenario
+        The task.
+    memory
+        Where it keeps its state.
+    **gains
+        Parameters that differ from its own; see its class.
+
+    Raises
+    ------
+    ValueError
+        If the name or a gain is unknown, a gain breaks a rule, or the observer does not fit the scenario's wheels.
+    """
+    require(name in _OBSERVERS, "observer", f"must be one of {names()}", name)
+    observer, preset = _OBSERVERS[name]
+    try:
+        return observer(scenario, memory, **{**preset, **gains})
+    except TypeError as error:
+        raise ValueError(f"gains of {name}: {error}") from None
+
+
+def search_space(name: str) -> SearchSpace:
+    """Return where the gains of a fault observer may lie."""
+    require(name in _OBSERVERS, "observer", f"must be one of {names()}", name)
+    return _OBSERVERS[name][0].search_space
+
+
+__all__ = ["FaultObserver", "LearningObserver", "SlidingModeObserver", "make", "names", "search_space"]

@@ -1,0 +1,93 @@
+"""What the fault-tolerant laws share: where they get the faults from, and how they reach the wheels."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ftac_gym.baselines import observers
+from ftac_gym.baselines.allocation import EffectivenessAllocation
+from ftac_gym.baselines.baseline import Baseline
+from ftac_gym.baselines.estimate import FaultEstimate
+from ftac_gym.baselines.fault_source import FaultSource
+from ftac_gym.baselines.gyroscopic import GyroscopicModel
+from ftac_gym.baselines.search import SearchSpace
+from ftac_gym.measurement import Measurement
+from ftac_gym.parameters import FloatArray
+from ftac_gym.scenario import Scenario
+
+
+class FaultTolerantLaw(Baseline):
+    """A law that acts on an estimate of the faults.
+
+    Parameters
+    ----------
+    scenario, num_craft
+        As for every baseline.
+    faults
+        ``"none"``, the name of an observer (:mod:`ftac_gym.baselines.observers`), or ``"oracle"``.
+    observer
+        Gains of the observer that differ from its own.
+
+    Raises
+    ------
+    ValueError
+        If the source of faults is unknown or its gains are refused.
+    """
+
+    allocation_power: ClassVar[float] = 1.0
+    """Exponent of the allocation, see :class:`~ftac_gym.baselines.allocation.EffectivenessAllocation`."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        num_craft: int = 1,
+        faults: str = "none",
+        observer: Mapping[str, Any] | None = None,
+    ) -> None:
+        super().__init__(scenario, num_craft)
+        craft = scenario.spacecraft
+        self._inertia = craft.inertia_matrix
+        self._inverse_inertia: FloatArray = np.linalg.inv(self._inertia).astype(np.float64)
+        axes = craft.wheels.axis_matrix
+        self._axes_transposed = axes.T.copy()
+        self._torque_limits = craft.wheels.torque_limits
+        self._period = scenario.control_period
+        self._gyroscopic = GyroscopicModel(scenario, telemetry=False)
+        self._allocation = EffectivenessAllocation(axes, self.allocation_power)
+        self._faults = FaultSource(scenario, self.memory, faults, observer)
+        self.information = self._faults.information
+
+    @classmethod
+    def space(cls, **gains: Any) -> SearchSpace:
+        """Return where a tuner looks: the gains of the law, and those of its observer if it has one."""
+        kind = gains.get("faults", "none")
+        if kind not in observers.names():
+            return cls.search_space
+        parts = {f"observer.{name}": item for name, item in observers.search_space(kind).items()}
+        return {**cls.search_space, **parts}
+
+    @abstractmethod
+    def sliding_variable(self, measurement: Measurement) -> FloatArray:
+        """Return s (N, 3) at a measurement, without moving on."""
+
+    @property
+    def estimate(self) -> FaultEstimate | None:
+        """The latest estimate of the observer, or the truth of an oracle; None without either."""
+        return self._faults.latest
+
+    def _to_wheels(self, torque: FloatArray, estimate: FaultEstimate | None) -> FloatArray:
+        """Return wheel torques (N, m) [N m], not limited, that give a torque (N, 3) in spite of the faults believed."""
+        if estimate is None:
+            return self._allocation(torque, None)
+        if estimate.bias is not None:
+            torque = torque - estimate.bias @ self._axes_transposed
+        return self._allocation(torque, estimate.effectiveness)
+
+    def _limited(self, command: FloatArray) -> FloatArray:
+        """Return wheel torques within the limits, each wheel by itself, as the wheels would."""
+        limited: FloatArray = np.minimum(np.maximum(command, -self._torque_limits), self._torque_limits)
+        return limited

@@ -1,0 +1,121 @@
+"""Non-singular fast terminal sliding mode for a sampled craft with small wheels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ftac_gym.attitude import mrp_derivative
+from ftac_gym.baselines.controllers.relative import RelativeLaw
+from ftac_gym.baselines.reaching import ExponentialReaching
+from ftac_gym.baselines.search import Range, SearchSpace
+from ftac_gym.baselines.surfaces import NonsingularTerminalSurface
+from ftac_gym.parameters import FloatArray, positive, require
+from ftac_gym.scenario import Scenario
+
+
+class NFTSM(RelativeLaw):
+    """The surface and the reaching law of Zhang and Zhou 2019 for control at some 10 Hz.
+
+    With the error MRP sigma, its length n, and the surface's parts S(n)/n and S'(n), Eqs. (63), (64), (66):
+
+        s    = w_e + (k1 + k2 S(n)/n) sigma
+        w_e' = -d/dt[(k1 + k2 S(n)/n) sigma] - e1 s - (e2 / N(s)) tanh(s / layer)
+
+    What differs from the paper's tracking law, and why:
+
+    - The power acts on the length of the error, not on each component: the craft turns about one axis.
+    - The derivative of the surface is fed forward whole; there is no backstepping and no growing bound.
+    - Near the surface the law is linear with the rate gain e1 + e2 / layer, which sampling limits: the layer follows
+      from ``rate_gain``, so that the gain of the rate loop is what is given, whatever e2.
+
+    Parameters
+    ----------
+    scenario, num_craft
+        As for every baseline.
+    faults, observer
+        Where the estimates of the faults come from.
+    linear, terminal
+        k1, k2 [rad/s].
+    exponent, bound
+        r and mu of the surface. Along the surface the error brakes in proportion to n^(2r - 1): evenly for r = 1/2.
+    reaching_linear, reaching_switching
+        e1 [1/s], e2 [rad/s^2].
+    rate_gain
+        Gain of the rate loop at s = 0 [1/s]; above e1, and well below two over the control period.
+    attitude_filter_time
+        Time constant of the attitude filter [s]; zero for none.
+
+    Raises
+    ------
+    ValueError
+        If a gain breaks a rule.
+    """
+
+    search_space: ClassVar[SearchSpace] = {
+        "linear": Range(0.005, 0.5, log=True),
+        "terminal": Range(0.02, 0.5, log=True),
+        "exponent": Range(0.5, 0.95),
+        "bound": Range(1e-4, 0.1, log=True),
+        "reaching_share": Range(0.05, 0.95),
+        "reaching_switching": Range(1e-4, 0.1, log=True),
+        "rate_gain": Range(0.5, 8.0),
+        "attitude_filter_time": Range(0.1, 5.0),
+    }
+
+    @classmethod
+    def gains_at(cls, point: Mapping[str, float]) -> dict[str, Any]:
+        """Return the gains at a point; e1 is searched as a share of the rate gain, which limits it."""
+        gains = super().gains_at(point)
+        gains["reaching_linear"] = gains["rate_gain"] * gains.pop("reaching_share")
+        return gains
+
+    @classmethod
+    def point_of(cls, gains: Mapping[str, Any]) -> dict[str, float]:
+        """Return the point that has these gains."""
+        point = super().point_of(gains)
+        point["reaching_share"] = point.pop("reaching_linear") / point["rate_gain"]
+        return point
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        num_craft: int = 1,
+        faults: str = "none",
+        observer: Mapping[str, Any] | None = None,
+        linear: float = 0.05,
+        terminal: float = 0.15,
+        exponent: float = 0.6,
+        bound: float = 1e-3,
+        reaching_linear: float = 1.0,
+        reaching_switching: float = 0.005,
+        rate_gain: float = 4.0,
+        attitude_filter_time: float = 1.0,
+    ) -> None:
+        super().__init__(scenario, num_craft, faults, observer, attitude_filter_time)
+        self._surface = NonsingularTerminalSurface(linear, terminal, exponent, bound)
+        rule = f"must exceed reaching_linear = {reaching_linear!r}"
+        require(positive(rate_gain, "rate_gain") > reaching_linear, "rate_gain", rule, rate_gain)
+        layer = positive(reaching_switching, "reaching_switching") / (rate_gain - reaching_linear)
+        self._reaching = ExponentialReaching(reaching_linear, reaching_switching, layer=layer)
+
+    def _profile(self, error: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return c(n)/n and c'(n), each (N, 1), of the surface c sigma/n, and n^2 (N, 1)."""
+        square = np.einsum("ni,ni->n", error, error)[:, None]
+        ratio, slope = self._surface.terminal_part(np.sqrt(square))
+        linear, terminal = self._surface.linear, self._surface.terminal
+        return linear + terminal * ratio, linear + terminal * slope, square
+
+    def _variable(self, error: FloatArray, rate_error: FloatArray) -> FloatArray:
+        variable: FloatArray = rate_error + self._profile(error)[0] * error
+        return variable
+
+    def _acceleration(self, error: FloatArray, rate_error: FloatArray) -> FloatArray:
+        ratio, slope, square = self._profile(error)
+        speed = mrp_derivative(error, rate_error)
+        along = np.einsum("ni,ni->n", error, speed)[:, None] / np.maximum(square, 1e-300)
+        change = ratio * speed + ((slope - ratio) * along) * error
+        wanted: FloatArray = self._reaching(rate_error + ratio * error) - change
+        return wanted

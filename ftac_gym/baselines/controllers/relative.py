@@ -1,0 +1,106 @@
+"""Laws on the rotation between body and reference, instead of on a difference of attitude parameters."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ftac_gym.attitude import cross, quaternion_error, rotate_to_body
+from ftac_gym.baselines.allocation import MinimaxAllocation, scale_to_limits
+from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantLaw
+from ftac_gym.baselines.estimate import FaultEstimate
+from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter
+from ftac_gym.measurement import Measurement
+from ftac_gym.parameters import FloatArray
+from ftac_gym.scenario import Scenario
+
+
+class RelativeLaw(FaultTolerantLaw):
+    """A fault-tolerant law for a sampled, saturating, noisy craft: the subclass says how the error shall accelerate.
+
+    With the error MRP sigma_e of q_e = conj(q_d) (x) q, always on the short branch, and w_e = w - C(q_e) w_d:
+
+        torque = J (w_e' + C w_d' - w_e x C w_d) + w x J w - D b^    (or - d^ from an observer without b^)
+
+    where w_e' is the subclass's. Neither branch switching nor the reference's own turning is in the law then. The
+    wheels get the command with the smallest largest share; what it lacks through wheels that are believed weak is
+    given to the others, and all are scaled together at the limits, which keeps the direction of the torque.
+
+    Parameters
+    ----------
+    scenario, num_craft
+        As for every baseline.
+    faults, observer
+        See :class:`~ftac_gym.baselines.controllers.fault_tolerant.FaultTolerantLaw`.
+    attitude_filter_time
+        Time constant of the attitude filter [s]; zero uses the star tracker as it comes.
+
+    Raises
+    ------
+    ValueError
+        If a gain breaks a rule.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        num_craft: int,
+        faults: str,
+        observer: Mapping[str, Any] | None,
+        attitude_filter_time: float,
+    ) -> None:
+        super().__init__(scenario, num_craft, faults, observer)
+        self._moving = scenario.reference.moving
+        self._minimax = MinimaxAllocation(scenario.spacecraft.wheels)
+        self._filter = AttitudeFilter(scenario, self.memory, attitude_filter_time)
+
+    @abstractmethod
+    def _variable(self, error: FloatArray, rate_error: FloatArray) -> FloatArray:
+        """Return s (N, 3) for sigma_e and w_e, each (N, 3)."""
+
+    @abstractmethod
+    def _acceleration(self, error: FloatArray, rate_error: FloatArray) -> FloatArray:
+        """Return the wanted w_e' (N, 3) [rad/s^2] for sigma_e and w_e, each (N, 3)."""
+
+    def sliding_variable(self, measurement: Measurement) -> FloatArray:
+        """Return s (N, 3) at a measurement, for its unfiltered attitude."""
+        error = quaternion_error(measurement.attitude, measurement.reference_attitude)
+        rate_error = measurement.rate
+        if self._moving:
+            rate_error = rate_error - rotate_to_body(error, measurement.reference_rate)
+        return self._variable(error[:, 1:] / (1.0 + error[:, :1]), rate_error)
+
+    def act(self, measurement: Measurement) -> FloatArray:
+        """Return the wheel torques to command, (N, wheels) [N m]."""
+        attitude = self._filter.update(measurement)
+        error = quaternion_error(attitude, measurement.reference_attitude)
+        rate_error = measurement.rate
+        if self._moving:
+            reference_rate = rotate_to_body(error, measurement.reference_rate)
+            rate_error = rate_error - reference_rate
+        acceleration = self._acceleration(error[:, 1:] / (1.0 + error[:, :1]), rate_error)
+        if self._moving:
+            acceleration = acceleration + rotate_to_body(error, measurement.reference_acceleration)
+            acceleration -= cross(rate_error, reference_rate)
+        torque = acceleration @ self._inertia
+        torque += self._gyroscopic.torque(measurement.rate, measurement.wheel_momentum)
+        estimate = self._faults.update(measurement)
+        return scale_to_limits(self._to_wheels(torque, estimate), self._torque_limits)
+
+    def _to_wheels(self, torque: FloatArray, estimate: FaultEstimate | None) -> FloatArray:
+        """Return wheel torques (N, m) [N m], not limited, that give a torque (N, 3) in spite of the faults believed."""
+        if estimate is None:
+            return self._minimax(torque)
+        if estimate.bias is not None:
+            torque = torque - estimate.bias @ self._axes_transposed
+        elif estimate.disturbance is not None:
+            # An observer that knows no biases has them, and all else, in the torque that keeps it on the measured rate.
+            torque = torque - estimate.disturbance
+        command = self._minimax(torque)
+        if estimate.effectiveness is None:
+            return command
+        missing = torque - (np.clip(estimate.effectiveness, 0.0, 1.0) * command) @ self._axes_transposed
+        return command + self._allocation(missing, estimate.effectiveness)

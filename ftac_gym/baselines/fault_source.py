@@ -1,0 +1,66 @@
+"""Where a fault-tolerant law gets the faults from: nowhere, from an observer, or from the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ftac_gym.baselines import observers
+from ftac_gym.baselines.estimate import FaultEstimate
+from ftac_gym.baselines.memory import Memory
+from ftac_gym.measurement import Measurement
+from ftac_gym.parameters import require
+from ftac_gym.scenario import Scenario
+
+
+class FaultSource:
+    """The estimate that a controller acts on.
+
+    Parameters
+    ----------
+    scenario
+        The task.
+    memory
+        Where an observer keeps its state.
+    kind
+        ``"none"`` (every wheel is believed healthy), the name of an observer, or ``"oracle"`` (the truth).
+    gains
+        Gains of the observer that differ from its own.
+
+    Raises
+    ------
+    ValueError
+        If the kind is unknown, or gains are given without an observer.
+    """
+
+    def __init__(
+        self, scenario: Scenario, memory: Memory, kind: str, gains: Mapping[str, Any] | None = None
+    ) -> None:  # fmt: skip
+        known = ["none", "oracle", *observers.names()]
+        require(kind in known, "faults", f"must be one of {known}", kind)
+        observed = kind in observers.names()
+        require(observed or not gains, "observer", f"must not have gains where faults = {kind!r}", gains)
+        self._observer = observers.make(kind, scenario, memory, **(gains or {})) if observed else None
+        self._kind = kind
+        self._period = scenario.control_period
+        self.latest: FaultEstimate | None = None
+        """The latest estimate; None without an observer."""
+
+    @property
+    def information(self) -> str:
+        """The tier of information: oracle for the truth, else attitude."""
+        return "oracle" if self._kind == "oracle" else "attitude"
+
+    def update(self, measurement: Measurement) -> FaultEstimate | None:
+        """Take in a measurement and return what the controller shall believe; None for healthy wheels."""
+        if self._observer is not None:
+            self.latest = self._observer.update(measurement, measurement.last_command, self._period)
+        elif self._kind == "oracle":
+            truth = measurement.truth
+            if truth is None:
+                raise ValueError("measurement must hold the truth for an oracle: measurement(truth=True), got None")
+            seen = np.ones(truth.effectiveness.shape, dtype=np.bool_)
+            self.latest = FaultEstimate(None, truth.effectiveness, truth.bias, seen)
+        return self.latest

@@ -1,0 +1,44 @@
+"""Which wheels can be told apart: those that have had to give torque."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from ftac_gym.baselines.memory import Memory
+from ftac_gym.parameters import FloatArray, positive
+from ftac_gym.scenario import Scenario
+
+
+class Excitation:
+    """Low-passed command of each wheel: chatter cancels in it, sustained torque stays.
+
+    An effectiveness multiplies the command, so that it cannot be told while the command is near zero; and no estimate
+    of a wheel means much before the torque has lasted. Neither paper says when its estimates are to be believed.
+
+    Parameters
+    ----------
+    scenario
+        The task; a wheel's threshold is a share of its torque limit, or of 1 N m without one.
+    memory
+        Where the average is kept.
+    time_constant
+        Of the low-pass [s].
+    threshold
+        Share of the limit that the average must exceed.
+    """
+
+    def __init__(self, scenario: Scenario, memory: Memory, time_constant: float, threshold: float) -> None:
+        limits = scenario.spacecraft.wheels.torque_limits
+        self._threshold = positive(threshold, "excitation_threshold") * np.where(np.isfinite(limits), limits, 1.0)
+        self._time_constant = positive(time_constant, "excitation_time")
+        self._memory = memory
+        memory.add("sustained_torque", (len(limits),))
+
+    def update(self, command: FloatArray, dt: float) -> npt.NDArray[np.bool_]:
+        """Take in the command (N, m) [N m] of a period dt [s]; return which wheels can be identified, (N, m)."""
+        average = self._memory["sustained_torque"]
+        average = average + (1.0 - np.exp(-dt / self._time_constant)) * (command - average)
+        self._memory["sustained_torque"] = average
+        identifiable: npt.NDArray[np.bool_] = np.abs(average) > self._threshold
+        return identifiable

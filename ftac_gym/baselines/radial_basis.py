@@ -1,0 +1,60 @@
+"""A radial basis function network that learns a torque from the body rate."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ftac_gym.baselines.memory import Memory
+from ftac_gym.parameters import FloatArray, non_negative, positive
+
+
+class RadialBasisNetwork:
+    """d^ = W' phi(w) with phi_k = exp(-|w - c_k|^2 / width^2), trained by W' = gain phi s' J^-1.
+
+    Eqs. (25)-(28), (42) and (75) of Zhang and Zhou 2019; the known approximation error, which the paper adds to d^, is
+    zero. Nodes are not given in the paper: five of them on the diagonal from -1 to 1 rad/s, width 1 rad/s.
+
+    Parameters
+    ----------
+    memory
+        Where the weights are kept.
+    gain
+        Learning gain; zero switches the network off.
+    inverse_inertia
+        J^-1 (3, 3) [1/(kg m^2)].
+    period
+        Time between two updates [s].
+    nodes
+        Number of nodes.
+    width
+        Width of each node [rad/s].
+    """
+
+    def __init__(
+        self,
+        memory: Memory,
+        gain: float,
+        inverse_inertia: FloatArray,
+        period: float,
+        nodes: int = 5,
+        width: float = 1.0,
+    ) -> None:
+        self._gain = non_negative(gain, "network_gain") * period
+        self._memory = memory
+        self._inverse_inertia = inverse_inertia
+        self._centres = np.linspace(-1.0, 1.0, nodes)[:, None] * np.ones(3)
+        self._squares = (self._centres**2).sum(axis=1)
+        self._scale = -1.0 / positive(width, "width") ** 2
+        memory.add("network_weights", (nodes, 3))
+
+    def torque(self, rate: FloatArray, variable: FloatArray) -> FloatArray:
+        """Return d^ (N, 3) [N m] at the rates w (N, 3) [rad/s], then learn from s (N, 3) [rad/s]."""
+        if self._gain == 0.0:
+            return np.zeros_like(rate)
+        squares = np.einsum("ni,ni->n", rate, rate)[:, None] - 2.0 * (rate @ self._centres.T) + self._squares
+        basis = np.exp(self._scale * squares)
+        weights = self._memory["network_weights"]
+        torque: FloatArray = np.einsum("nk,nki->ni", basis, weights)
+        step = variable @ self._inverse_inertia
+        self._memory["network_weights"] = weights + self._gain * basis[:, :, None] * step[:, None, :]
+        return torque

@@ -1,0 +1,106 @@
+"""Reaching laws: how fast the sliding variable shall go to zero."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ftac_gym.parameters import FloatArray, non_negative, positive, require
+
+
+def switching(variable: FloatArray, layer: float) -> FloatArray:
+    """Return sign(s), or tanh(s / layer) if there is a boundary layer.
+
+    The papers print the sign. Sampled, it chatters with an amplitude in proportion to the sampling time; a layer of
+    about the switching gain times that time ends it.
+    """
+    smooth: FloatArray = np.sign(variable) if layer == 0.0 else np.tanh(variable * (1.0 / layer))
+    return smooth
+
+
+@dataclass(frozen=True)
+class ExponentialReaching:
+    """s' = -e1 s - e2 / N(s) sign(s) with N(s) = d0 + (1 - d0) exp(-alpha |s|^p0), axis by axis.
+
+    Eqs. (35) and (66) of Zhang and Zhou 2019: the switching gain grows from e2 near the surface to e2 / d0 far from it.
+
+    Parameters
+    ----------
+    linear
+        e1 [1/s].
+    switching
+        e2 [rad/s^2].
+    floor
+        d0, within (0, 1).
+    steepness
+        alpha [(s/rad)^p0].
+    power
+        p0, a positive integer.
+    layer
+        Boundary layer of the sign [rad/s]; zero for none.
+
+    Raises
+    ------
+    ValueError
+        If a value breaks a rule.
+    """
+
+    linear: float
+    switching: float
+    floor: float = 0.5
+    steepness: float = 5.0
+    power: int = 1
+    layer: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check the fields."""
+        for name in ("linear", "switching", "steepness", "layer"):
+            non_negative(getattr(self, name), name)
+        require(0.0 < self.floor < 1.0, "floor", "must lie within (0, 1)", self.floor)
+        require(self.power >= 1 and int(self.power) == self.power, "power", "must be a positive integer", self.power)
+
+    def __call__(self, variable: FloatArray) -> FloatArray:
+        """Return the designed s' [rad/s^2] for s (N, 3) [rad/s]."""
+        distance = np.abs(variable)
+        if self.power != 1:
+            distance = distance**self.power
+        share = self.floor + (1.0 - self.floor) * np.exp(-self.steepness * distance)
+        rate: FloatArray = -self.linear * variable - self.switching / share * switching(variable, self.layer)
+        return rate
+
+
+@dataclass(frozen=True)
+class PowerReaching:
+    """s' = -k s - l sig(s)^a: finite-time reaching without a sign.
+
+    Parameters
+    ----------
+    linear
+        k [1/s].
+    power_gain
+        l [(rad/s)^(1-a) / s].
+    exponent
+        a, within (0, 1).
+
+    Raises
+    ------
+    ValueError
+        If a value breaks a rule.
+    """
+
+    linear: float
+    power_gain: float
+    exponent: float
+
+    def __post_init__(self) -> None:
+        """Check the fields."""
+        non_negative(self.linear, "linear")
+        positive(self.power_gain, "power_gain")
+        require(0.0 < self.exponent < 1.0, "exponent", "must lie within (0, 1)", self.exponent)
+
+    def __call__(self, variable: FloatArray) -> FloatArray:
+        """Return the designed s' [rad/s^2] for s (N, 3) [rad/s]."""
+        power = np.copysign(np.abs(variable) ** self.exponent, variable)
+        rate: FloatArray = -self.linear * variable - self.power_gain * power
+        return rate

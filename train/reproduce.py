@@ -1,0 +1,91 @@
+"""Fly a paper's scenario with its schemes and comparators, and say which of its claims hold.
+
+Prints the claim table and the studies behind it, and writes them as a report with figures.
+
+Examples
+--------
+    python train/reproduce.py --paper zhang_zhou_2019
+    python train/reproduce.py --paper cao_2022
+"""
+
+from __future__ import annotations
+
+import time
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from pathlib import Path
+
+import tyro
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+from tqdm import tqdm
+
+from ftac_gym.evaluation.reproduction import PAPERS
+from ftac_gym.evaluation.reproduction.claims import claim_table
+from ftac_gym.evaluation.reproduction.flight import Flight, Plan, fly
+from ftac_gym.evaluation.tables import Cells, markdown
+
+
+@dataclass(frozen=True)
+class Config:
+    """What to reproduce."""
+
+    paper: str
+    """The paper: zhang_zhou_2019 or cao_2022."""
+    output: Path = Path("results")
+    """Folder for the report; the paper has a folder in it."""
+    workers: int = 2
+    """Processes; they do not change the result."""
+
+
+def run(plans: dict[str, Plan], workers: int) -> dict[str, Flight]:
+    """Fly all plans, the longest first, with progress."""
+    order = sorted(plans, key=lambda name: -plans[name].scenario.horizon)
+    flights: dict[str, Flight] = {}
+    with ProcessPoolExecutor(workers) as pool, tqdm(total=sum(plan.scenario.horizon for plan in plans.values())) as bar:
+        jobs = {pool.submit(fly, plans[name]): name for name in order}
+        for job in as_completed(jobs):
+            name = jobs[job]
+            flights[name] = job.result()
+            bar.set_description(f"{name:>40.40}")
+            bar.update(plans[name].scenario.horizon)
+    return {name: flights[name] for name in plans}
+
+
+def show(console: Console, cells: Cells, title: str) -> None:
+    """Print a table."""
+    table = Table(title=title, title_justify="left", show_lines=len(cells[0]) == 5 and cells[0][0] == "where")
+    for heading in cells[0]:
+        table.add_column(escape(heading), overflow="fold")
+    for row in cells[1:]:
+        table.add_row(*(escape(cell) for cell in row))
+    console.print(table)
+
+
+def main(config: Config) -> None:
+    """Reproduce."""
+    if config.paper not in PAPERS:
+        raise SystemExit(f"--paper: {config.paper!r} is none of {sorted(PAPERS)}")
+    start = time.perf_counter()
+    paper = PAPERS[config.paper]
+    result = paper.evaluate(run(paper.plans(), config.workers))
+    console = Console()
+    wide = Console(width=max(console.width, 150))
+    tables = {**result.studies, f"Claims of {config.paper}": claim_table(result.claims)}
+    for title, cells in tables.items():
+        show(wide, cells, title)
+    folder = config.output / config.paper
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, figure in result.figures.items():
+        figure.savefig(folder / f"{name}.png", dpi=90)
+    report = [f"# {config.paper}", "## Claims", markdown(claim_table(result.claims))]
+    report += [part for title, cells in result.studies.items() for part in (f"## {title}", markdown(cells))]
+    report += [part for name in result.figures for part in (f"## {name.capitalize()}", f"![{name}]({name}.png)")]
+    (folder / "report.md").write_text("\n\n".join(report) + "\n")
+    console.print(f"wrote {folder}/report.md and {len(result.figures)} figures "
+                  f"in {time.perf_counter() - start:.0f} s")  # fmt: skip
+
+
+if __name__ == "__main__":
+    main(tyro.cli(Config, description=__doc__))
