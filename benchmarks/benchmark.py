@@ -216,19 +216,37 @@ def measure_ppo() -> None:
           f"{best['free']:.0f} steps/s); aim 0.85 direct")  # fmt: skip
 
 
+def task_of(name: str) -> str:
+    """Return a scenario that a baseline fits: the flagship, unless it asks for three wheels."""
+    try:
+        baselines.make(name, scenarios.get("flagship"))
+    except ValueError:
+        return "cao_2022"
+    return "flagship"
+
+
 def measure_baselines(config: Config) -> None:
-    """(e) Time of a baseline's call."""
-    print("(e) a baseline's call; aims 150 us for one craft, 1 us per craft for 1,024")
-    scenario = scenarios.get("flagship")
-    for name in baselines.names():
-        times = {}
+    """(e) Time of a baseline's call, and over that of ``pd``."""
+    print(
+        "(e) a baseline's call; aims for one craft and per craft of 1,024: pd and pd_dob 150 us and 1 us, the rest "
+        "300 us and 2 us"
+    )
+    laws = [(name, baselines.make) for name in ("pd", *(name for name in baselines.names() if name != "pd"))]
+    yardstick: dict[int, float] = {}
+    for name, make in laws:
+        scenario, times = scenarios.get(task_of(name)), {}
         for craft in (1, 1024):
-            simulator = ready(craft)
-            baseline = baselines.make(name, scenario, craft)
-            measurement = simulator.measurement()
-            baseline.reset()
-            times[craft] = fastest(lambda b=baseline, m=measurement: b.act(m), 100, config.repeats)  # type: ignore[misc]
-        print(f"    {name:22s}one craft: {times[1] * 1e6:.0f} us   1,024: {times[1024] / 1024 * 1e6:.2f} us per craft")
+            simulator = Simulator(scenario, craft)
+            simulator.reset(scenario.draw(0, craft))
+            simulator.step(np.full(simulator.last_command.shape, 0.05))
+            law = make(name, scenario, craft)
+            measurement = simulator.measurement(truth=law.information == "oracle")
+            times[craft] = fastest(lambda b=law, m=measurement: b.act(m), 100, config.repeats)  # type: ignore[misc]
+            yardstick.setdefault(craft, times[craft])
+        print(
+            f"    {name:38s}one craft: {times[1] * 1e6:4.0f} us ({times[1] / yardstick[1]:.2f} of pd)   1,024: "
+            f"{times[1024] / 1024 * 1e6:.2f} us per craft ({times[1024] / yardstick[1024]:.2f})"
+        )
 
 
 def run_fresh(code: str, **environment: str) -> str:

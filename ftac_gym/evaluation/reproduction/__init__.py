@@ -1,0 +1,29 @@
+"""Papers reproduced: what they claim, beside what their equations do.
+
+Every paper has a module with ``plans()``, the flights it needs, and one with ``evaluate(flights)``, the verdicts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+from ftac_gym.evaluation.reproduction import cao_2022, cao_2022_plans, zhang_zhou_2019, zhang_zhou_2019_plans
+from ftac_gym.evaluation.reproduction.claims import Reproduction
+from ftac_gym.evaluation.reproduction.flight import Flight, Plan
+
+
+class Paper(NamedTuple):
+    """How a paper is reproduced."""
+
+    plans: Callable[[], dict[str, Plan]]
+    evaluate: Callable[[Mapping[str, Flight]], Reproduction]
+
+
+PAPERS: dict[str, Paper] = {
+    "cao_2022": Paper(cao_2022_plans.plans, cao_2022.evaluate),
+    "zhang_zhou_2019": Paper(zhang_zhou_2019_plans.plans, zhang_zhou_2019.evaluate),
+}
+"""Papers by name."""
+
+__all__ = ["PAPERS", "Paper"]

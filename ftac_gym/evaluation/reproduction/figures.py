@@ -1,0 +1,118 @@
+"""Figures that correspond to the papers': attitude, torque, estimates, and schemes side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import cycle
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ftac_gym.evaluation.plots import COLORS
+from ftac_gym.evaluation.reproduction.flight import Flight
+from ftac_gym.parameters import FloatArray
+
+POINTS = 1500
+"""Most points of a line; the rest would not be seen."""
+
+
+def _thinned(flight: Flight) -> tuple[slice, FloatArray]:
+    every = slice(None, None, max(1, len(flight.time) // POINTS))
+    return every, flight.time[every]
+
+
+def _panels(flights: Mapping[str, Flight], height: float) -> tuple[Figure, list[Axes]]:
+    figure = Figure(figsize=(3.4 * len(flights), height), layout="constrained")
+    panels = figure.subplots(1, len(flights), squeeze=False)[0]
+    for panel, (name, flight) in zip(panels, flights.items(), strict=True):
+        panel.set(title=name, xlabel="time [s]", xlim=(0.0, flight.time[-1]))
+        panel.grid(alpha=0.3)
+    return figure, list(panels)
+
+
+def attitude(flights: Mapping[str, Flight]) -> Figure:
+    """Draw the attitude in MRPs against the reference, dotted, one panel per flight."""
+    figure, panels = _panels(flights, 3.4)
+    for panel, flight in zip(panels, flights.values(), strict=True):
+        every, time = _thinned(flight)
+        for axis, color in zip(range(3), COLORS, strict=False):
+            panel.plot(time, flight.attitude[every, 0, axis], color=color, label=rf"$\sigma_{axis + 1}$")
+            panel.plot(time, flight.reference[every, 0, axis], color=color, linestyle=":", linewidth=1.0)
+        panel.set_ylim(-1.0, 1.0)
+    panels[0].set_ylabel("attitude, MRP [-]")
+    panels[0].legend(loc="upper right", fontsize=8)
+    return figure
+
+
+def rates(flights: Mapping[str, Flight]) -> Figure:
+    """Draw the body rates, one panel per flight."""
+    figure, panels = _panels(flights, 3.4)
+    for panel, flight in zip(panels, flights.values(), strict=True):
+        every, time = _thinned(flight)
+        for axis, color in zip(range(3), COLORS, strict=False):
+            panel.plot(time, np.degrees(flight.rate[every, 0, axis]), color=color, label="xyz"[axis])
+    panels[0].set_ylabel("body rate [deg/s]")
+    panels[0].legend(loc="upper right", fontsize=8)
+    return figure
+
+
+def torque(flights: Mapping[str, Flight]) -> Figure:
+    """Draw the commanded wheel torques, one panel per flight."""
+    figure, panels = _panels(flights, 3.4)
+    for panel, flight in zip(panels, flights.values(), strict=True):
+        every, time = _thinned(flight)
+        command = flight.command[every, 0]
+        for wheel, color in zip(range(command.shape[1]), COLORS, strict=False):
+            panel.plot(time[: len(command)], command[:, wheel], color=color, linewidth=0.7, label=f"wheel {wheel + 1}")
+    panels[0].set_ylabel("commanded torque [N m]")
+    panels[0].legend(loc="upper right", fontsize=8)
+    return figure
+
+
+def errors(flights: Mapping[str, Flight]) -> Figure:
+    """Draw the pointing errors of all flights in one panel, on a logarithmic scale."""
+    figure = Figure(figsize=(8.0, 3.6), layout="constrained")
+    panel = figure.subplots()
+    for (name, flight), color in zip(flights.items(), cycle(COLORS), strict=False):
+        every, time = _thinned(flight)
+        panel.plot(time, np.maximum(flight.error[every, 0], 1e-7), color=color, label=name)
+    panel.set(yscale="log", xlabel="time [s]", ylabel="pointing error [deg]")
+    panel.grid(alpha=0.3)
+    panel.legend(loc="upper right", fontsize=8)
+    return figure
+
+
+def estimates(flights: Mapping[str, Flight]) -> Figure:
+    """Draw estimated effectiveness and bias against the truth, dotted, one column per flight.
+
+    Where a wheel has not had enough torque to be told, its line is pale.
+    """
+    rows = [("effectiveness", "effectiveness [-]")]
+    if any(flight.bias is not None for flight in flights.values()):
+        rows.append(("bias", "bias [N m]"))
+    figure = Figure(figsize=(3.6 * len(flights), 0.4 + 2.7 * len(rows)), layout="constrained")
+    panels = figure.subplots(len(rows), len(flights), squeeze=False, sharex="col")
+    for column, (name, flight) in enumerate(flights.items()):
+        every, time = _thinned(flight)
+        time = time[: len(flight.command[every])]
+        for panel, (quantity, label) in zip(panels[:, column], rows, strict=True):
+            estimate, truth = getattr(flight, quantity), getattr(flight, f"true_{quantity}")
+            panel.grid(alpha=0.3)
+            if column == 0:
+                panel.set_ylabel(label)
+            for wheel, color in zip(range(truth.shape[2]), COLORS, strict=False):
+                panel.plot(time, truth[every, 0, wheel], color=color, linestyle=":", linewidth=1.2)
+                if estimate is None:
+                    continue
+                line = estimate[every, 0, wheel]
+                panel.plot(time, line, color=color, alpha=0.3, linewidth=1.0)
+                if flight.identifiable is not None:
+                    line = np.where(flight.identifiable[every, 0, wheel], line, np.nan)
+                panel.plot(time, line, color=color, linewidth=1.2, label=f"wheel {wheel + 1}")
+            if estimate is None:
+                panel.text(0.5, 0.6, "not estimated", transform=panel.transAxes, ha="center")
+        panels[0, column].set(title=name, ylim=(-0.05, 1.1))
+        panels[-1, column].set(xlabel="time [s]")
+    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
+    return figure
