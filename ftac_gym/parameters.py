@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +25,23 @@ def require(condition: bool, field: str, rule: str, value: object) -> None:
     """Raise a ValueError that names the field, the rule and the offending value unless the condition holds."""
     if not condition:
         raise ValueError(f"{field} {rule}, got {value!r}")
+
+
+@contextmanager
+def fields_named(**names: str) -> Iterator[None]:
+    """Let the errors of a part speak of a whole's fields: ``fields_named(gain="rate_gain")`` around its making."""
+    try:
+        yield
+    except ValueError as error:
+        field, _, rest = str(error).partition(" ")
+        raise ValueError(f"{names.get(field, field)} {rest}") from None
+
+
+def within(value: float, low: float, high: float, field: str) -> float:
+    """Return the value as a float; raise a ValueError unless it lies between two bounds, neither included."""
+    number = finite(value, field)
+    require(low < number < high, field, f"must lie within ({low:g}, {high:g})", value)
+    return number
 
 
 def finite(value: float, field: str) -> float:

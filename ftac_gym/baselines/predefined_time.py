@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from ftac_gym.parameters import FloatArray, non_negative, positive, require
+from ftac_gym.parameters import FloatArray, non_negative, positive, require, within
 
 _SMALLEST = 1e-24
 """Floor of V, |x| = 1.4e-12: keeps 0 times infinity from being asked for."""
@@ -40,21 +41,24 @@ class PredefinedTime:
 
     def __post_init__(self) -> None:
         """Check the fields."""
-        require(0.0 < self.exponent < 1.0, "exponent", "must lie within (0, 1)", self.exponent)
+        within(self.exponent, 0.0, 1.0, "exponent")
         positive(self.time, "time")
         non_negative(self.regularisation, "regularisation")
 
     @classmethod
     def with_gain(cls, exponent: float, time: float, gain: float) -> PredefinedTime:
         """Return the feedback whose gain at zero is ``gain`` [1/s] by regularisation: what sampling can bear."""
-        power = 2.0 * exponent * time * positive(gain, "gain")
-        return cls(exponent, time, float(power ** (-1.0 / exponent)))
+        within(exponent, 0.0, 1.0, "exponent")
+        logarithm = math.log(2.0 * exponent * positive(time, "time") * positive(gain, "gain")) / -exponent
+        require(abs(logarithm) < 700.0, "gain", f"must be reachable with exponent {exponent!r} and time {time!r}", gain)
+        return cls(exponent, time, math.exp(logarithm))
 
     def gain(self, energy: FloatArray) -> FloatArray:
         """Return f [1/s] for V, in any shape."""
-        power = np.maximum(energy, _SMALLEST) ** self.exponent
-        regular = self.regularisation
-        inverse = 1.0 / power if regular == 0.0 else (energy + regular) ** -self.exponent
+        if self.regularisation == 0.0:
+            energy = np.maximum(energy, _SMALLEST)
+        power = energy**self.exponent
+        inverse = 1.0 / power if self.regularisation == 0.0 else (energy + self.regularisation) ** -self.exponent
         gain: FloatArray = np.exp(power) * inverse * (1.0 / (2.0 * self.exponent * self.time))
         return gain
 
@@ -63,12 +67,9 @@ class PredefinedTime:
 
         With the regularisation r: df/dV = f h (V^(h-1) - 1/(V + r)).
         """
+        gain = self.gain(energy)
         safe = np.maximum(energy, _SMALLEST)
-        power = safe**self.exponent
-        shifted = safe + self.regularisation
-        inverse = 1.0 / power if self.regularisation == 0.0 else shifted**-self.exponent
-        gain = np.exp(power) * inverse * (1.0 / (2.0 * self.exponent * self.time))
-        return gain, self.exponent * gain * (power / safe - 1.0 / shifted)
+        return gain, self.exponent * gain * (safe ** (self.exponent - 1.0) - 1.0 / (safe + self.regularisation))
 
     def reaching_time(self, energy: FloatArray) -> FloatArray:
         """Return when V is zero, T (1 - exp(-V(0)^h)) [s]: the closed form, without regularisation."""
