@@ -19,7 +19,7 @@ from ftac_gym.baselines.controllers.zhang_zhou_stabilisation import ZhangZhouSta
 from ftac_gym.baselines.controllers.zhang_zhou_tracking import ZhangZhouTracking
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.policy import BaselinePolicy, as_action, measurement_of
-from ftac_gym.baselines.search import Range, SearchSpace, nested
+from ftac_gym.baselines.search import Range, SearchSpace, merged, nested
 from ftac_gym.parameters import require
 from ftac_gym.scenario import Scenario
 
@@ -65,7 +65,7 @@ _ENTRIES: dict[str, _Entry] = {
     "ptc_regularised": _Entry(
         PTC, {"faults": "lo_corrected", "position_exponent": 0.5, "position_regularisation": 1e-4}
     ),
-    "ptc_printed": _Entry(PTC, {"faults": "lo", "position_exponent": 0.5}),
+    "ptc_printed": _Entry(PTC, {"faults": "lo", "position_exponent": 0.5, "smallest_effectiveness": 1e-4}),
     "tsmc_class": _Entry(TSMCClass),  # the comparators are built from their families, hence -class
     "shen_class": _Entry(ShenClass),
 }
@@ -118,9 +118,7 @@ def make(
     """
     entry = _entry(name)
     require(gains in GAINS, "gains", f"must be one of {list(GAINS)}", gains)
-    chosen = {**entry.gains, **(tuned.gains(name) if gains == "tuned" else {}), **changes}
-    if isinstance(own := entry.gains.get("observer"), Mapping) and isinstance(chosen["observer"], Mapping):
-        chosen["observer"] = {**own, **chosen["observer"]}
+    chosen = merged(entry.gains, tuned.gains(name) if gains == "tuned" else {}, changes)
     try:
         return entry.law(scenario, num_craft, **chosen)
     except TypeError as error:
@@ -139,11 +137,14 @@ def defaults(name: str) -> dict[str, Any]:
     """
     entry = _entry(name)
     gains: dict[str, Any] = {}
-    for base in reversed(entry.law.__mro__):
-        for parameter in inspect.signature(base.__init__).parameters.values():  # type: ignore[misc]
+    for base in entry.law.__mro__:
+        parameters = inspect.signature(base.__init__).parameters.values()  # type: ignore[misc]
+        for parameter in parameters:
             if parameter.default is not parameter.empty and parameter.name != "num_craft":
-                gains[parameter.name] = parameter.default
-    return {**gains, **entry.gains}
+                gains.setdefault(parameter.name, parameter.default)
+        if not any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters):
+            break
+    return merged(gains, entry.gains)
 
 
 def search_space(name: str) -> SearchSpace:

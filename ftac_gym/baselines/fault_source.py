@@ -45,22 +45,34 @@ class FaultSource:
         self._observer = observers.make(kind, scenario, memory, **(gains or {})) if observed else None
         self._kind = kind
         self._period = scenario.control_period
-        self.latest: FaultEstimate | None = None
-        """The latest estimate; None without an observer."""
+        self._memory = memory
+        if kind == "oracle":
+            wheels = scenario.spacecraft.wheels.count
+            memory.add("effectiveness", (wheels,), initial=1.0)
+            memory.add("bias", (wheels,))
 
     @property
     def information(self) -> str:
         """The tier of information: oracle for the truth, else attitude."""
         return "oracle" if self._kind == "oracle" else "attitude"
 
+    @property
+    def estimate(self) -> FaultEstimate | None:
+        """The latest estimate of the observer, or the truth; None for healthy wheels."""
+        if self._observer is not None:
+            return self._observer.estimate
+        if self._kind == "oracle":
+            effectiveness, bias = self._memory["effectiveness"], self._memory["bias"]
+            return FaultEstimate(None, effectiveness, bias, np.ones(effectiveness.shape, dtype=np.bool_))
+        return None
+
     def update(self, measurement: Measurement) -> FaultEstimate | None:
         """Take in a measurement and return what the controller shall believe; None for healthy wheels."""
         if self._observer is not None:
-            self.latest = self._observer.update(measurement, measurement.last_command, self._period)
-        elif self._kind == "oracle":
+            return self._observer.update(measurement, measurement.last_command, self._period)
+        if self._kind == "oracle":
             truth = measurement.truth
             if truth is None:
                 raise ValueError("measurement must hold the truth for an oracle: measurement(truth=True), got None")
-            seen = np.ones(truth.effectiveness.shape, dtype=np.bool_)
-            self.latest = FaultEstimate(None, truth.effectiveness, truth.bias, seen)
-        return self.latest
+            self._memory["effectiveness"], self._memory["bias"] = truth.effectiveness, truth.bias
+        return self.estimate

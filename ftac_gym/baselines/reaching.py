@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ftac_gym.parameters import FloatArray, non_negative, positive, require
+from ftac_gym.parameters import FloatArray, finite, non_negative, positive, require, within
 
 
 def switching(variable: FloatArray, layer: float) -> FloatArray:
@@ -57,8 +57,9 @@ class ExponentialReaching:
         """Check the fields."""
         for name in ("linear", "switching", "steepness", "layer"):
             non_negative(getattr(self, name), name)
-        require(0.0 < self.floor < 1.0, "floor", "must lie within (0, 1)", self.floor)
-        require(self.power >= 1 and int(self.power) == self.power, "power", "must be a positive integer", self.power)
+        within(self.floor, 0.0, 1.0, "floor")
+        power = finite(self.power, "power")
+        require(power >= 1.0 and power.is_integer(), "power", "must be a positive integer", self.power)
 
     def __call__(self, variable: FloatArray) -> FloatArray:
         """Return the designed s' [rad/s^2] for s (N, 3) [rad/s]."""
@@ -97,7 +98,7 @@ class PowerReaching:
         """Check the fields."""
         non_negative(self.linear, "linear")
         positive(self.power_gain, "power_gain")
-        require(0.0 < self.exponent < 1.0, "exponent", "must lie within (0, 1)", self.exponent)
+        within(self.exponent, 0.0, 1.0, "exponent")
 
     def __call__(self, variable: FloatArray) -> FloatArray:
         """Return the designed s' [rad/s^2] for s (N, 3) [rad/s]."""

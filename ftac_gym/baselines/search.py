@@ -61,3 +61,15 @@ def flat(gains: Mapping[str, Any]) -> dict[str, float]:
         elif isinstance(value, (int, float)) and not isinstance(value, bool):
             point[name] = float(value)
     return point
+
+
+def merged(*layers: Mapping[str, Any]) -> dict[str, Any]:
+    """Return gains in which later layers go before earlier ones, part by part."""
+    gains: dict[str, Any] = {}
+    for layer in layers:
+        for name, value in layer.items():
+            known = gains.get(name)
+            if isinstance(known, Mapping) and isinstance(value, Mapping):
+                value = {**known, **value}
+            gains[name] = value
+    return gains

@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ftac_gym.parameters import FloatArray, non_negative, positive, require
+from ftac_gym.parameters import FloatArray, non_negative, positive, within
 
 
 class Surface(Protocol):
@@ -60,7 +60,7 @@ class FastTerminalSurface:
         """Check the fields."""
         non_negative(self.linear, "linear")
         non_negative(self.terminal, "terminal")
-        require(0.0 < self.exponent < 1.0, "exponent", "must lie within (0, 1)", self.exponent)
+        within(self.exponent, 0.0, 1.0, "exponent")
         positive(self.guard, "guard")
 
     def __call__(self, error: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -104,7 +104,7 @@ class NonsingularTerminalSurface:
         """Check the fields."""
         non_negative(self.linear, "linear")
         non_negative(self.terminal, "terminal")
-        require(0.0 < self.exponent < 1.0, "exponent", "must lie within (0, 1)", self.exponent)
+        within(self.exponent, 0.0, 1.0, "exponent")
         positive(self.bound, "bound")
 
     def __call__(self, error: FloatArray) -> tuple[FloatArray, FloatArray]:

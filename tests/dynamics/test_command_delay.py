@@ -51,7 +51,8 @@ def commands(steps, count=1, seed=0):
 def snapshot(simulator):
     """Everything that can be seen of N craft, (N, values)."""
     measured, state = simulator.measurement(), simulator.state
-    parts = [*vars(measured).values(), *vars(state).values()]
+    parts = [array for name, array in vars(measured).items() if name != "truth"]
+    parts += vars(state).values()
     return np.concatenate([np.asarray(part, dtype=float).reshape(len(measured), -1) for part in parts], axis=1)
 
 

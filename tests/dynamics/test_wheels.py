@@ -217,6 +217,8 @@ def test_intermittent_windows_on_the_grid_have_their_exact_length():
 def test_drawn_faults_change_the_trajectory(name):
     scenario = scenarios.get(name)
     healthy = scenario.replace(faults=None)
+    # Long enough for the first faults of every scenario.
+    shape = (max(900, round(12.0 / scenario.control_period)), 60, scenario.spacecraft.wheels.count)
     ends, felt = [], None
     for variant in (scenario, healthy):
         simulator = Simulator(variant, 60)
@@ -224,7 +226,7 @@ def test_drawn_faults_change_the_trajectory(name):
         faults = simulator.faults.wheels
         # Friction that grows in one sense of rotation is felt once the wheel spins that way.
         struck = (faults["kind"] > 0) & (faults["kind"] != FaultKind.FRICTION_RISE)
-        for command in np.random.default_rng(0).uniform(-0.2, 0.2, (900, 60, 4)):
+        for command in np.random.default_rng(0).uniform(-0.2, 0.2, shape):
             simulator.step(command)
             forward = simulator.state.wheel_momentum[:, :, None] > 0.0
             rubbing = np.where(forward, faults["friction_forward"], faults["friction_backward"]) > 1.0

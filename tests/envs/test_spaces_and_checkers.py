@@ -1,4 +1,4 @@
-"""Both ids against Gymnasium's and Stable-Baselines3's checkers, their specs, and what they refuse."""
+"""All ids against Gymnasium's and Stable-Baselines3's checkers, their specs, and what they refuse."""
 
 import copy
 import pickle
@@ -24,7 +24,13 @@ from ftac_gym.spacecraft import Spacecraft
 from ftac_gym.wheels import WheelArray
 from ftac_gym.wrappers import ResidualPolicy
 
-IDS = ("SpacecraftFTC-v0", "SpacecraftFTCTracking-v0")
+WHEELS = {
+    "SpacecraftFTC-v0": 4,
+    "SpacecraftFTCTracking-v0": 4,
+    "SpacecraftFTCZhangZhou2019-v0": 4,
+    "SpacecraftFTCCao2022-v0": 3,
+}
+IDS = tuple(WHEELS)
 TIERS = ("attitude", "telemetry", "oracle")
 RUBBING = Spacecraft(
     scenarios.get("flagship").spacecraft.inertia,
@@ -92,14 +98,14 @@ def test_checkers_pass_for_residual_policies(environment_id, tier):
 
 @pytest.mark.parametrize("environment_id", IDS)
 def test_spaces(environment_id):
-    env = gym.make(environment_id)
-    assert env.action_space == gym.spaces.Box(-1.0, 1.0, (4,), np.float32)
+    env, wheels = gym.make(environment_id), WHEELS[environment_id]
+    assert env.action_space == gym.spaces.Box(-1.0, 1.0, (wheels,), np.float32)
     assert env.observation_space.dtype == np.float32
     assert env.observation_space.is_bounded("both")
     vector = gym.make_vec(environment_id, num_envs=3)
     assert vector.single_observation_space == env.observation_space
     assert vector.observation_space.shape == (3, *env.observation_space.shape)
-    assert vector.action_space.shape == (3, 4)
+    assert vector.action_space.shape == (3, wheels)
 
 
 # ------------------------------------------------------------------------------------------------------------- specs
@@ -122,6 +128,10 @@ def test_spaces(environment_id):
         (IDS[1], {"disturbance": to_plain(LowOrbitTorque()), "duration": 5.0}),
         (IDS[1], {"sensors": to_plain(SensorErrors(gyro_misalignment=(0.01, 0.02))), "duration": 5.0}),
         (IDS[0], {"spacecraft": RUBBING, "faults": EVERY_FAULT, "disturbance": LowOrbitTorque(), "duration": 5.0}),
+        (IDS[2], {}),
+        (IDS[2], {"observation": "oracle", "duration": 10.0}),
+        (IDS[3], {}),
+        (IDS[3], {"observation": "oracle", "duration": 10.0}),
     ],
 )
 def test_spec_remakes_the_same_environment(environment_id, arguments):
@@ -152,6 +162,8 @@ def test_the_changes_arrive():
     assert env.unwrapped.scenario == wanted
     assert gym.make(IDS[1]).unwrapped.scenario == scenarios.get("flagship_tracking")
     assert gym.make(IDS[0]).unwrapped.scenario == scenarios.get("flagship")
+    assert gym.make(IDS[2]).unwrapped.scenario == scenarios.get("zhang_zhou_2019")
+    assert gym.make(IDS[3]).unwrapped.scenario == scenarios.get("cao_2022")
 
 
 @pytest.mark.parametrize("clone", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))], ids=["copy", "pickle"])
@@ -186,7 +198,7 @@ def test_clones_continue_identically(clone, kind):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"scenario": "no_such"}, r"scenario must be one of \['flagship', .*'no_such'"),
+        ({"scenario": "no_such"}, r"scenario must be one of \[.*'flagship', .*'no_such'"),
         ({"scenario": 3}, "scenario must be a Scenario, its dict, JSON or name, got 3"),
         ({"scenario": {"type": "Spaceship"}}, "type must be one of .*'Spaceship'"),
         ({"scenario": to_plain(RewardWeights())}, "scenario must describe a Scenario, got 'RewardWeights'"),

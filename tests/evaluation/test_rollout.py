@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from helpers.names import fitting
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.attitude import angle_between
@@ -36,8 +37,11 @@ class Constant:
         return np.tile(self.action, (len(observation), 1)), (state or 0) + 1
 
 
-@pytest.mark.parametrize("name", baselines.names())
-@pytest.mark.parametrize("scenario", [SHORT, TRACKING], ids=lambda scenario: scenario.name)
+@pytest.mark.parametrize(
+    ("name", "scenario"),
+    [(name, scenario) for scenario in (SHORT, TRACKING) for name in fitting(scenario)],
+    ids=lambda value: getattr(value, "name", value),
+)
 def test_together_or_one_at_a_time(scenario, name):
     episodes = scenario.draw(4, 6)
     together = rollout(scenario, name, episodes)

@@ -80,7 +80,8 @@ def fly(scenario, episodes):
 
 def snapshot(simulator):
     measured, state = simulator.measurement(), simulator.state
-    parts = [*vars(measured).values(), *vars(state).values()]
+    parts = [array for name, array in vars(measured).items() if name != "truth"]
+    parts += vars(state).values()
     return np.concatenate([np.asarray(part, dtype=float).reshape(len(measured), -1) for part in parts], axis=1)
 
 

@@ -4,8 +4,9 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
+from helpers.names import fitting
 
-from ftac_gym import baselines
+from ftac_gym import baselines, scenarios
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
 from ftac_gym.initial_state import InitialState
 from ftac_gym.wrappers import ResidualPolicy, VectorResidualPolicy
@@ -14,15 +15,19 @@ CRAFT, WHEELS = 4, 4
 # Craft tumble at different times, under the base too, because their rates are large and random.
 SETTINGS = {"duration": 2.0, "tumble_rate": 0.016}  # s, rad/s
 MODES = [mode.value for mode in AutoresetMode]
-NAMES = baselines.names()
+NAMES = {
+    "SpacecraftFTC-v0": fitting(scenarios.get("flagship"), oracles=False),
+    "SpacecraftFTCTracking-v0": fitting(scenarios.get("flagship_tracking"), oracles=False),
+}
 
 
 def native(mode, **arguments):
     return SpacecraftFTCVectorEnv(CRAFT, autoreset_mode=mode, **{**SETTINGS, **arguments})
 
 
-@pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("environment_id", ["SpacecraftFTC-v0", "SpacecraftFTCTracking-v0"])
+@pytest.mark.parametrize(
+    ("environment_id", "name"), [(environment_id, name) for environment_id in NAMES for name in NAMES[environment_id]]
+)
 def test_zero_residual_is_the_base_in_a_single_environment(environment_id, name):
     plain = gym.make(environment_id, **SETTINGS)
     wrapped = ResidualPolicy(gym.make(environment_id, **SETTINGS), base=name)
@@ -41,7 +46,7 @@ def test_zero_residual_is_the_base_in_a_single_environment(environment_id, name)
     assert ends >= 4
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", NAMES["SpacecraftFTC-v0"])
 @pytest.mark.parametrize("mode", MODES)
 def test_zero_residual_is_the_base_in_a_vector_environment(mode, name):
     plain, wrapped = native(mode), ResidualPolicy(native(mode), base=name)

@@ -16,7 +16,7 @@ from ftac_gym.baselines.fault_source import FaultSource
 from ftac_gym.baselines.gyroscopic import GyroscopicModel
 from ftac_gym.baselines.search import SearchSpace
 from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray
+from ftac_gym.parameters import FloatArray, fields_named
 from ftac_gym.scenario import Scenario
 
 
@@ -31,6 +31,8 @@ class FaultTolerantLaw(Baseline):
         ``"none"``, the name of an observer (:mod:`ftac_gym.baselines.observers`), or ``"oracle"``.
     observer
         Gains of the observer that differ from its own.
+    smallest_effectiveness
+        An effectiveness believed smaller counts as this in the allocation.
 
     Raises
     ------
@@ -47,6 +49,7 @@ class FaultTolerantLaw(Baseline):
         num_craft: int = 1,
         faults: str = "none",
         observer: Mapping[str, Any] | None = None,
+        smallest_effectiveness: float = 0.05,
     ) -> None:
         super().__init__(scenario, num_craft)
         craft = scenario.spacecraft
@@ -57,7 +60,8 @@ class FaultTolerantLaw(Baseline):
         self._torque_limits = craft.wheels.torque_limits
         self._period = scenario.control_period
         self._gyroscopic = GyroscopicModel(scenario, telemetry=False)
-        self._allocation = EffectivenessAllocation(axes, self.allocation_power)
+        with fields_named(smallest="smallest_effectiveness"):
+            self._allocation = EffectivenessAllocation(axes, self.allocation_power, smallest_effectiveness)
         self._faults = FaultSource(scenario, self.memory, faults, observer)
         self.information = self._faults.information
 
@@ -77,7 +81,7 @@ class FaultTolerantLaw(Baseline):
     @property
     def estimate(self) -> FaultEstimate | None:
         """The latest estimate of the observer, or the truth of an oracle; None without either."""
-        return self._faults.latest
+        return self._faults.estimate
 
     def _to_wheels(self, torque: FloatArray, estimate: FaultEstimate | None) -> FloatArray:
         """Return wheel torques (N, m) [N m], not limited, that give a torque (N, 3) in spite of the faults believed."""

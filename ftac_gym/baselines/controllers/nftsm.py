@@ -12,7 +12,7 @@ from ftac_gym.baselines.controllers.relative import RelativeLaw
 from ftac_gym.baselines.reaching import ExponentialReaching
 from ftac_gym.baselines.search import Range, SearchSpace
 from ftac_gym.baselines.surfaces import NonsingularTerminalSurface
-from ftac_gym.parameters import FloatArray, positive, require
+from ftac_gym.parameters import FloatArray, non_negative, positive, require
 from ftac_gym.scenario import Scenario
 
 
@@ -96,6 +96,7 @@ class NFTSM(RelativeLaw):
     ) -> None:
         super().__init__(scenario, num_craft, faults, observer, attitude_filter_time)
         self._surface = NonsingularTerminalSurface(linear, terminal, exponent, bound)
+        non_negative(reaching_linear, "reaching_linear")
         rule = f"must exceed reaching_linear = {reaching_linear!r}"
         require(positive(rate_gain, "rate_gain") > reaching_linear, "rate_gain", rule, rate_gain)
         layer = positive(reaching_switching, "reaching_switching") / (rate_gain - reaching_linear)

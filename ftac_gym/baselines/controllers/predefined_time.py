@@ -12,7 +12,7 @@ from ftac_gym.baselines.controllers.relative import RelativeLaw
 from ftac_gym.baselines.predefined_time import PredefinedTime
 from ftac_gym.baselines.reaching import switching
 from ftac_gym.baselines.search import Range, SearchSpace
-from ftac_gym.parameters import FloatArray, non_negative, positive, require
+from ftac_gym.parameters import FloatArray, fields_named, non_negative, positive, require
 from ftac_gym.scenario import Scenario
 
 
@@ -94,8 +94,11 @@ class PredefinedTimeLaw(RelativeLaw):
         super().__init__(scenario, num_craft, faults, observer, attitude_filter_time)
         rule = f"must be below rate_gain = {rate_gain!r}"
         require(positive(position_gain, "position_gain") < rate_gain, "position_gain", rule, position_gain)
-        self._position = PredefinedTime.with_gain(position_exponent, position_time, position_gain)
-        self._rate = PredefinedTime.with_gain(rate_exponent, rate_time, rate_gain)
+        fields = ("exponent", "time", "gain")
+        with fields_named(**{name: f"position_{name}" for name in fields}):
+            self._position = PredefinedTime.with_gain(position_exponent, position_time, position_gain)
+        with fields_named(**{name: f"rate_{name}" for name in fields}):
+            self._rate = PredefinedTime.with_gain(rate_exponent, rate_time, rate_gain)
         self._switching_gain = non_negative(switching_gain, "switching_gain")
         self._layer = max(10.0 * switching_gain / rate_gain, 1e-300)
 

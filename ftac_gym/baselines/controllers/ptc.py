@@ -18,7 +18,7 @@ from ftac_gym.baselines.predefined_time import PredefinedTime
 from ftac_gym.baselines.reaching import switching
 from ftac_gym.baselines.search import Range, SearchSpace
 from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, non_negative, require
+from ftac_gym.parameters import FloatArray, fields_named, non_negative, require
 from ftac_gym.scenario import Scenario
 
 
@@ -48,7 +48,7 @@ class PTC(FaultTolerantLaw):
     T1 (1 - exp(-V_a^h1)) more. T1 + T2 bounds that time as long as the wheels do not saturate.
 
     The sign term is printed as k_s sgn(s), a torque, which need not oppose s: s'G J^-1 sgn(s) is negative for some s.
-    ``switching = "acceleration"`` takes k_s J G^-1 sgn(s), which does; there k_s counts in 1/s^2.
+    ``switching_form="acceleration"`` takes k_s J G^-1 sgn(s), which does; there k_s counts in 1/s^2.
 
     h1 = 0.5, as in Table 1, asks for full speed on arrival: xi' is infinite at z1 = 0. The torque on s = 0 is bounded
     for h1 <= 0.25.
@@ -66,11 +66,14 @@ class PTC(FaultTolerantLaw):
     position_regularisation, rate_regularisation
         Added to V_a and V_b in the negative powers; zero for the law itself.
     switching_gain
-        k_s [N m], or [1/s^2] with ``switching="acceleration"``.
+        k_s [N m], or [1/s^2] with ``switching_form="acceleration"``, where some 0.1 will do.
     switching_form
         ``"torque"`` (printed) or ``"acceleration"``.
     layer
         Boundary layer of the sign [1/s]; zero takes the sign, as printed.
+    smallest_effectiveness
+        An effectiveness believed smaller counts as this in (D E^)^+; 1e-4 is printed, and lets an observer that is
+        wrong multiply the torque by ten thousand.
 
     Raises
     ------
@@ -84,7 +87,7 @@ class PTC(FaultTolerantLaw):
         "rate_exponent": Range(0.05, 0.5),
         "position_regularisation": Range(1e-12, 1e-2, log=True),
         "rate_regularisation": Range(1e-12, 1e-2, log=True),
-        "switching_gain": Range(1e-4, 1.0, log=True),
+        "switching_gain": Range(1e-4, 10.0, log=True),
         "layer": Range(1e-4, 0.5, log=True),
     }
 
@@ -103,10 +106,14 @@ class PTC(FaultTolerantLaw):
         switching_gain: float = 5.0,
         switching_form: str = "torque",
         layer: float = 0.0,
+        smallest_effectiveness: float = 0.05,
     ) -> None:
-        super().__init__(scenario, num_craft, faults, observer)
-        self._position = PredefinedTime(position_exponent, position_time, position_regularisation)
-        self._rate = PredefinedTime(rate_exponent, rate_time, rate_regularisation)
+        super().__init__(scenario, num_craft, faults, observer, smallest_effectiveness)
+        fields = ("exponent", "time", "regularisation")
+        with fields_named(**{name: f"position_{name}" for name in fields}):
+            self._position = PredefinedTime(position_exponent, position_time, position_regularisation)
+        with fields_named(**{name: f"rate_{name}" for name in fields}):
+            self._rate = PredefinedTime(rate_exponent, rate_time, rate_regularisation)
         self._switching_gain = non_negative(switching_gain, "switching_gain")
         known = ("torque", "acceleration")
         require(switching_form in known, "switching_form", f"must be one of {list(known)}", switching_form)

@@ -10,7 +10,7 @@ from ftac_gym.baselines.controllers.relative import RelativeLaw
 from ftac_gym.baselines.reaching import PowerReaching
 from ftac_gym.baselines.search import Range, SearchSpace
 from ftac_gym.baselines.surfaces import FastTerminalSurface
-from ftac_gym.parameters import FloatArray
+from ftac_gym.parameters import FloatArray, fields_named
 from ftac_gym.scenario import Scenario
 
 
@@ -47,7 +47,7 @@ class TSMCClass(RelativeLaw):
         "guard": Range(1e-5, 0.1, log=True),
         "reaching_linear": Range(0.1, 8.0, log=True),
         "reaching_power_gain": Range(1e-3, 1.0, log=True),
-        "attitude_filter_time": Range(0.1, 5.0),
+        "attitude_filter_time": Range(0.0, 5.0),
     }
 
     def __init__(
@@ -67,7 +67,8 @@ class TSMCClass(RelativeLaw):
     ) -> None:
         super().__init__(scenario, num_craft, faults, observer, attitude_filter_time)
         self._surface = FastTerminalSurface(linear, terminal, exponent, guard)
-        self._reaching = PowerReaching(reaching_linear, reaching_power_gain, reaching_exponent)
+        with fields_named(linear="reaching_linear", power_gain="reaching_power_gain", exponent="reaching_exponent"):
+            self._reaching = PowerReaching(reaching_linear, reaching_power_gain, reaching_exponent)
 
     def _variable(self, error: FloatArray, rate_error: FloatArray) -> FloatArray:
         return rate_error + self._surface(error)[0]

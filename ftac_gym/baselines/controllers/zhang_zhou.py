@@ -11,7 +11,7 @@ from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.radial_basis import RadialBasisNetwork
 from ftac_gym.baselines.reaching import ExponentialReaching
 from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, non_negative
+from ftac_gym.parameters import FloatArray, fields_named, non_negative
 from ftac_gym.scenario import Scenario
 
 
@@ -61,14 +61,18 @@ class ZhangZhou(FaultTolerantLaw):
     ) -> None:
         super().__init__(scenario, num_craft, faults, observer)
         self._layer = non_negative(layer, "layer")
-        self._reaching = ExponentialReaching(
-            reaching_linear, reaching_switching, reaching_floor, reaching_steepness, reaching_power, layer
-        )
+        fields = ("linear", "switching", "floor", "steepness", "power")
+        with fields_named(**{name: f"reaching_{name}" for name in fields}):
+            self._reaching = ExponentialReaching(
+                reaching_linear, reaching_switching, reaching_floor, reaching_steepness, reaching_power, layer
+            )
         self._network = RadialBasisNetwork(self.memory, network_gain, self._inverse_inertia, self._period)
         self._auxiliary = None
         if anti_saturation is not None:
             to_acceleration = self._inverse_inertia @ self._axes_transposed.T
-            self._auxiliary = AntiSaturation(self.memory, self._period, to_acceleration, **anti_saturation)
+            fields = ("gain", "decay", "smallest", "initial", "substeps")
+            with fields_named(**{name: f"anti_saturation.{name}" for name in fields}):
+                self._auxiliary = AntiSaturation(self.memory, self._period, to_acceleration, **anti_saturation)
 
     def _command(self, measurement: Measurement, variable: FloatArray, acceleration: FloatArray) -> FloatArray:
         """Return limited wheel torques (N, m) [N m].

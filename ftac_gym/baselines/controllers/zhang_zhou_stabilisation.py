@@ -13,7 +13,7 @@ from ftac_gym.baselines.reaching import switching
 from ftac_gym.baselines.search import Range, SearchSpace
 from ftac_gym.baselines.surfaces import signed_power
 from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, non_negative, require
+from ftac_gym.parameters import FloatArray, non_negative, require, within
 from ftac_gym.scenario import Scenario
 
 
@@ -58,7 +58,7 @@ class ZhangZhouStabilisation(ZhangZhou):
         "linear": Range(0.01, 1.0, log=True),
         "terminal": Range(0.01, 1.0, log=True),
         "reaching_linear": Range(0.1, 6.0, log=True),
-        "reaching_switching": Range(1e-4, 1.0, log=True),
+        "reaching_switching": Range(1e-4, 2.0, log=True),
         "layer": Range(1e-4, 0.5, log=True),
         "network_gain": Range(1e-3, 10.0, log=True),
     }
@@ -90,8 +90,7 @@ class ZhangZhouStabilisation(ZhangZhou):
             reaching_steepness, reaching_power, layer, network_gain, anti_saturation,
         )  # fmt: skip
         self._linear, self._terminal = non_negative(linear, "linear"), non_negative(terminal, "terminal")
-        require(0.0 < exponent < 1.0, "exponent", "must lie within (0, 1)", exponent)
-        self._exponent = exponent
+        self._exponent = within(exponent, 0.0, 1.0, "exponent")
         self._rate_bound_gain = non_negative(rate_bound_gain, "rate_bound_gain") * self._period
         norms = np.linalg.norm(self._inverse_inertia, 2) * np.linalg.norm(self._axes_transposed, 2)
         self._norms = float(norms)

@@ -18,7 +18,7 @@ from ftac_gym.baselines.reaching import switching
 from ftac_gym.baselines.search import Range, SearchSpace
 from ftac_gym.baselines.surfaces import NonsingularTerminalSurface
 from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, non_negative, positive, require
+from ftac_gym.parameters import FloatArray, finite, non_negative, positive, require
 from ftac_gym.scenario import Scenario
 
 
@@ -87,7 +87,7 @@ class ZhangZhouTracking(ZhangZhou):
         "linear": Range(0.01, 1.0, log=True),
         "terminal": Range(0.01, 1.0, log=True),
         "reaching_linear": Range(0.1, 6.0, log=True),
-        "reaching_switching": Range(1e-4, 1.0, log=True),
+        "reaching_switching": Range(1e-4, 2.0, log=True),
         "layer": Range(1e-4, 0.5, log=True),
         "network_gain": Range(1e-3, 10.0, log=True),
     }
@@ -130,10 +130,16 @@ class ZhangZhouTracking(ZhangZhou):
         self._bound_gain = non_negative(bound_gain, "bound_gain") * self._period
         self._coupling_gain = non_negative(coupling_gain, "coupling_gain") * self._period
         rule = f"must exceed coupling_low = {coupling_low!r} > 0"
-        require(coupling_high > positive(coupling_low, "coupling_low"), "coupling_high", rule, coupling_high)
+        above = finite(coupling_high, "coupling_high") > positive(coupling_low, "coupling_low")
+        require(above, "coupling_high", rule, coupling_high)
         self._high, self._low = coupling_high, coupling_low
         self._smallest_eta = positive(smallest_eta, "smallest_eta")
-        require(initial_eta >= smallest_eta, "initial_eta", f"must be at least {smallest_eta!r}", initial_eta)
+        require(
+            finite(initial_eta, "initial_eta") >= smallest_eta,
+            "initial_eta",
+            f"must be at least {smallest_eta!r}",
+            initial_eta,
+        )
         self._moving = scenario.reference.moving
         self.memory.add("bound", (1,))
         self.memory.add("eta", (1,), initial=initial_eta)

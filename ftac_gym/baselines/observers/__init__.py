@@ -24,6 +24,10 @@ class FaultObserver(Protocol):
     def update(self, measurement: Measurement, command: FloatArray, dt: float) -> FaultEstimate:
         """Take in a measurement and the command (N, m) [N m] of the period dt [s] that ends with it."""
 
+    @property
+    def estimate(self) -> FaultEstimate:
+        """The latest estimate; after a reset, what is believed before the first measurement."""
+
 
 _PRINTED_GAINS: dict[str, Any] = {
     "rate_gain": (80.0, 50.0, 60.0),

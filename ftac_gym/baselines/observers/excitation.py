@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -35,10 +37,14 @@ class Excitation:
         self._memory = memory
         memory.add("sustained_torque", (len(limits),))
 
-    def update(self, command: FloatArray, dt: float) -> npt.NDArray[np.bool_]:
-        """Take in the command (N, m) [N m] of a period dt [s]; return which wheels can be identified, (N, m)."""
+    def update(self, command: FloatArray, dt: float) -> None:
+        """Take in the command (N, m) [N m] of a period dt [s]."""
         average = self._memory["sustained_torque"]
-        average = average + (1.0 - np.exp(-dt / self._time_constant)) * (command - average)
-        self._memory["sustained_torque"] = average
-        identifiable: npt.NDArray[np.bool_] = np.abs(average) > self._threshold
-        return identifiable
+        share = 1.0 - math.exp(-dt / self._time_constant)
+        self._memory["sustained_torque"] = average + share * (command - average)
+
+    @property
+    def identifiable(self) -> npt.NDArray[np.bool_]:
+        """Which wheels can be identified, (N, m)."""
+        flags: npt.NDArray[np.bool_] = np.abs(self._memory["sustained_torque"]) > self._threshold
+        return flags

@@ -14,7 +14,7 @@ from ftac_gym.baselines.observers.excitation import Excitation
 from ftac_gym.baselines.reaching import switching
 from ftac_gym.baselines.search import Range, SearchSpace
 from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, matrix, non_negative, positive, require
+from ftac_gym.parameters import FloatArray, finite, matrix, non_negative, positive, require, within
 from ftac_gym.scenario import Scenario
 
 
@@ -83,20 +83,19 @@ class LearningObserver:
         self._inertia = craft.inertia_matrix
         self._inverse_inertia = np.linalg.inv(self._inertia)
         self._axes_transposed = craft.wheels.axis_matrix.T.copy()
-        if isinstance(rate_gain, (int, float)):
-            self._rate_gain = positive(rate_gain, "rate_gain") * self._inertia
+        if isinstance(rate_gain, (int, float, np.number)):
+            self._rate_gain = positive(float(rate_gain), "rate_gain") * self._inertia
         else:
             self._rate_gain = np.diag([positive(value, "rate_gain") for value in rate_gain])
             require(self._rate_gain.shape == (3, 3), "rate_gain", "must be a number or three", rate_gain)
         self._first, self._second = (
             self._learning_gain(value, wheels, name) for value, name in ((first, "first"), (second, "second"))
         )
-        require(0.0 < forgetting <= 1.0, "forgetting", "must lie within (0, 1]", forgetting)
+        require(0.0 < finite(forgetting, "forgetting") <= 1.0, "forgetting", "must lie within (0, 1]", forgetting)
         self._forgetting = forgetting
         self._switching_gain = non_negative(switching, "switching")
         self._full_torque = None if full_torque is None else positive(full_torque, "full_torque")
-        require(0.0 < smallest < 1.0, "smallest", "must lie within (0, 1)", smallest)
-        self._smallest = smallest
+        self._smallest = within(smallest, 0.0, 1.0, "smallest")
         self._gyroscopic = GyroscopicModel(scenario, telemetry=False)
         self._memory = memory
         memory.add("rate_estimate", (3,))
@@ -109,8 +108,8 @@ class LearningObserver:
 
     def _learning_gain(self, gain: float | Sequence[Sequence[float]], wheels: int, name: str) -> FloatArray:
         """Return the transpose (3, m) of a gain."""
-        if isinstance(gain, (int, float)):
-            return positive(gain, name) * self._axes_transposed.T
+        if isinstance(gain, (int, float, np.number)):
+            return positive(float(gain), name) * self._axes_transposed.T
         rows = len(gain)
         require(rows == wheels, name, f"must have one row for each of the {wheels} wheels", f"{rows} rows")
         return matrix(gain, wheels, 3, name).T
@@ -133,10 +132,16 @@ class LearningObserver:
         # The first sample brings no news: e^(0) = 1 stands.
         learned = np.where(fresh, effectiveness, np.minimum(np.maximum(learned, self._smallest), 1.0))
         memory["rate_estimate"], memory["rate_mismatch"], memory["observed_rate"] = estimated, mismatch, rate
-        injection = self._injection(mismatch)
-        memory["injection"], memory["effectiveness"] = injection, learned
+        memory["injection"], memory["effectiveness"] = self._injection(mismatch), learned
         memory["observer_fresh"] = np.zeros_like(fresh)
-        return FaultEstimate(injection, learned, None, self._excitation.update(command, dt))
+        self._excitation.update(command, dt)
+        return self.estimate
+
+    @property
+    def estimate(self) -> FaultEstimate:
+        """The latest estimate."""
+        memory = self._memory
+        return FaultEstimate(memory["injection"], memory["effectiveness"], None, self._excitation.identifiable)
 
     def _injection(self, mismatch: FloatArray) -> FloatArray:
         """Return M w~ + n sign(w~) (N, 3) [N m]: the torque that the estimated effectiveness does not explain."""

@@ -14,7 +14,7 @@ from ftac_gym.baselines.observers.excitation import Excitation
 from ftac_gym.baselines.reaching import switching
 from ftac_gym.baselines.search import Range, SearchSpace
 from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, non_negative, positive, require
+from ftac_gym.parameters import FloatArray, non_negative, positive, within
 from ftac_gym.scenario import Scenario
 
 BoolArray = npt.NDArray[np.bool_]
@@ -87,8 +87,8 @@ class SlidingModeObserver:
         scenario: Scenario,
         memory: Memory,
         rate_gain: float = 5.0,
-        effectiveness_gain: float = 60.0,
-        bias_gain: float = 300.0,
+        effectiveness_gain: float = 200.0,
+        bias_gain: float = 100.0,
         switching_gain: float = 0.1,
         barrier: float = 0.05,
         barrier_torque: float = 1.0,
@@ -107,8 +107,7 @@ class SlidingModeObserver:
         self._barrier = positive(barrier, "barrier")
         self._barrier_torque = non_negative(barrier_torque, "barrier_torque")
         self._largest = non_negative(largest_switching, "largest_switching")
-        require(0.0 < smallest < 1.0, "smallest", "must lie within (0, 1)", smallest)
-        self._smallest = smallest
+        self._smallest = within(smallest, 0.0, 1.0, "smallest")
         self._layer = non_negative(layer, "layer")
         self._printed_barrier = bool(printed_barrier)
         self._know_rate = bool(know_rate)
@@ -142,23 +141,31 @@ class SlidingModeObserver:
         torque = (effectiveness * command + bias) @ self._axes_transposed + memory["injection"]
         torque -= self._gyroscopic.torque(middle, measurement.wheel_momentum)
         estimated = estimated + dt * (torque @ self._inverse_inertia + self._rate_gain * mismatch)
-        # A craft just reset has no period behind it.
+        # A craft just reset has no period behind it, in which anything could have been learned.
+        step = np.where(fresh, 0.0, dt)
         estimated = np.where(fresh, rate if self._know_rate else 0.0, estimated)
         mismatch = rate - estimated
         size = np.abs(mismatch).sum(axis=1, keepdims=True)
-        adaptive = memory["adaptive_switching"] + (dt * self._growth) * size * ~inside
+        adaptive = memory["adaptive_switching"] + (self._growth * step) * size * ~inside
         inside = inside | (size < self._barrier)
         injection = self._gain(mismatch, size, adaptive, inside) * switching(mismatch, self._layer)
         drive = mismatch @ self._to_wheels
-        effectiveness = effectiveness + (dt * self._effectiveness_gain) * command * drive
+        effectiveness = effectiveness + (self._effectiveness_gain * step) * command * drive
         effectiveness = np.minimum(np.maximum(effectiveness, self._smallest), 1.0)
-        bias = bias + (dt * self._bias_gain) * drive
+        bias = bias + (self._bias_gain * step) * drive
         memory["rate_estimate"], memory["rate_mismatch"], memory["observed_rate"] = estimated, mismatch, rate
         memory["adaptive_switching"], memory["inside_barrier"], memory["injection"] = adaptive, inside, injection
         memory["effectiveness"], memory["bias"] = effectiveness, bias
         memory["observer_fresh"] = np.zeros_like(fresh)
-        unexplained = injection + mismatch @ self._rate_torque
-        return FaultEstimate(unexplained, effectiveness, bias, self._excitation.update(command, dt))
+        self._excitation.update(command, dt)
+        return self.estimate
+
+    @property
+    def estimate(self) -> FaultEstimate:
+        """The latest estimate; its disturbance is what the faults do not explain, K sign(w~) + J L w~."""
+        memory = self._memory
+        unexplained = memory["injection"] + memory["rate_mismatch"] @ self._rate_torque
+        return FaultEstimate(unexplained, memory["effectiveness"], memory["bias"], self._excitation.identifiable)
 
     def _gain(self, mismatch: FloatArray, size: FloatArray, adaptive: FloatArray, inside: BoolArray) -> FloatArray:
         """Return K (N, 1) [N m]."""

@@ -26,5 +26,9 @@ def sampled(scenario: Scenario, period: float, duration: float) -> Scenario:
 
 def settled(flight: Flight, angle: float = 0.1) -> str:
     """Say when the error falls below an angle [deg] for good."""
-    time = flight.settling(angle)
+    return seconds(flight.settling(angle))
+
+
+def seconds(time: float) -> str:
+    """Return a time [s] in words; infinity is never."""
     return f"{time:.1f} s" if np.isfinite(time) else "never"

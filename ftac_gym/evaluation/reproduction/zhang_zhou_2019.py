@@ -11,7 +11,7 @@ from ftac_gym.evaluation.inverse_dynamics import peak_wheel_torque
 from ftac_gym.evaluation.reproduction import figures
 from ftac_gym.evaluation.reproduction.claims import Claim, Reproduction, judge
 from ftac_gym.evaluation.reproduction.flight import Flight
-from ftac_gym.evaluation.reproduction.variations import settled
+from ftac_gym.evaluation.reproduction.variations import seconds, settled
 from ftac_gym.evaluation.reproduction.zhang_zhou_2019_plans import LAYERS, PERIODS
 from ftac_gym.evaluation.tables import Cells
 
@@ -212,7 +212,8 @@ def studies(flights: Mapping[str, Flight]) -> dict[str, Cells]:
         limits.append([name, f"{best:.1f}", f"{peak_wheel_torque(scenario, allocation='pseudo_inverse'):.1f}"])
     starts = flights["random starts"]
     times = np.array([starts.settling(0.1, craft) for craft in range(starts.error.shape[1])])
-    quantiles = [f"{value:.1f} s" for value in np.percentile(times, [0, 50, 95, 100])]
+    # Between a start that settles and one that does not there is nothing to interpolate.
+    quantiles = [seconds(value) for value in np.percentile(times, [0, 50, 95, 100], method="higher")]
     random: Cells = [["random attitudes, rates to 0.5 rad/s", "first", "median", "95 %", "last"],
                      [f"{len(times)} starts, 0.1 deg after", *quantiles]]  # fmt: skip
     return {
