@@ -60,8 +60,8 @@ class LearningObserver:
 
     search_space: ClassVar[SearchSpace] = {
         "rate_gain": Range(0.5, 5.0, log=True),
-        "first": Range(1.0, 300.0, log=True),
-        "second": Range(1.0, 300.0, log=True),
+        "first": Range(0.01, 300.0, log=True),
+        "second": Range(0.01, 300.0, log=True),
     }
 
     def __init__(
