@@ -61,12 +61,12 @@ _ENTRIES: dict[str, _Entry] = {
     **_variants("zhang_zhou_stabilisation", ZhangZhouStabilisation, "asmo"),
     **_variants("zhang_zhou_tracking", ZhangZhouTracking, "asmo"),
     **_variants("ptc", PTC, "lo_corrected"),
+    **_variants("ptc_printed", PTC, "lo", position_exponent=0.5, smallest_effectiveness=1e-4),
     # Table 1's exponent with the smallest change that makes it a controller.
-    "ptc_regularised": _Entry(
-        PTC, {"faults": "lo_corrected", "position_exponent": 0.5, "position_regularisation": 1e-4}
-    ),
-    "ptc_printed": _Entry(PTC, {"faults": "lo", "position_exponent": 0.5, "smallest_effectiveness": 1e-4}),
-    "tsmc_class": _Entry(TSMCClass),  # the comparators are built from their families, hence -class
+    **_variants("ptc_regularised", PTC, "lo_corrected", position_exponent=0.5, position_regularisation=1e-4),
+    # The comparators are built from their families, hence -class.
+    "tsmc_class": _Entry(TSMCClass),
+    "tsmc_class_oracle": _Entry(TSMCClass, {"faults": "oracle"}),
     "shen_class": _Entry(ShenClass),
 }
 
@@ -118,10 +118,16 @@ def make(
     """
     entry = _entry(name)
     require(gains in GAINS, "gains", f"must be one of {list(GAINS)}", gains)
-    chosen = merged(entry.gains, tuned.gains(name) if gains == "tuned" else {}, changes)
+    layers = [entry.gains, tuned.gains(name) if gains == "tuned" else {}]
+    if changes.get("faults", entry.gains.get("faults")) != entry.gains.get("faults"):
+        # Gains of an observer mean nothing to another.
+        layers = [{key: value for key, value in layer.items() if key != "observer"} for layer in layers]
+    known = sorted(defaults(name))
+    for change in changes:
+        require(change in known, f"gains of {name}:", f"must be among {known}", change)
     try:
-        return entry.law(scenario, num_craft, **chosen)
-    except TypeError as error:
+        return entry.law(scenario, num_craft, **merged(*layers, changes))
+    except TypeError as error:  # an unknown gain of a part
         raise ValueError(f"gains of {name}: {error}") from None
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from None
@@ -170,6 +176,7 @@ __all__ = [
     "law",
     "make",
     "measurement_of",
+    "merged",
     "names",
     "nested",
     "search_space",

@@ -63,7 +63,7 @@ class BaselineContestant:
             require(gains in baselines.GAINS, "gains", f"must be one of {list(baselines.GAINS)}", gains)
             # Tuned gains are data: their name says nothing of what they are, and they are read once, here.
             if gains == "tuned":
-                changes = {**tuned.gains(law), **changes}
+                changes = baselines.merged(tuned.gains(law), changes)
             self._build: Callable[..., baselines.Baseline] = partial(baselines.make, law)
             self.fingerprint = json.dumps([law, changes], sort_keys=True)
         else:

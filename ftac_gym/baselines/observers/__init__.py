@@ -29,17 +29,18 @@ class FaultObserver(Protocol):
         """The latest estimate; after a reset, what is believed before the first measurement."""
 
 
-_PRINTED_GAINS: dict[str, Any] = {
+PRINTED_LEARNING: dict[str, Any] = {
     "rate_gain": (80.0, 50.0, 60.0),
     # The first three rows of the 4 x 3 matrices of Table 1.
     "first": ((8.0, 0.0, 0.0), (0.0, 15.0, 0.0), (0.0, 0.0, 12.0)),
     "second": ((20.0, 0.0, 0.0), (0.0, 3.0, 0.0), (0.0, 0.0, 8.0)),
 }
+"""M, H1 and H2 of Table 1 of Cao et al. 2022."""
 
 _OBSERVERS: dict[str, tuple[type[SlidingModeObserver] | type[LearningObserver], Mapping[str, Any]]] = {
     "asmo": (SlidingModeObserver, {}),
     "asmo_printed": (SlidingModeObserver, {"effectiveness_gain": 0.5, "bias_gain": 1.0, "layer": 0.0}),
-    "lo": (LearningObserver, {**_PRINTED_GAINS, "forgetting": 0.9, "switching": 2.5, "full_torque": None}),
+    "lo": (LearningObserver, {**PRINTED_LEARNING, "forgetting": 0.9, "switching": 2.5, "full_torque": None}),
     "lo_corrected": (LearningObserver, {}),
 }
 
@@ -82,4 +83,12 @@ def search_space(name: str) -> SearchSpace:
     return _OBSERVERS[name][0].search_space
 
 
-__all__ = ["FaultObserver", "LearningObserver", "SlidingModeObserver", "make", "names", "search_space"]
+__all__ = [
+    "PRINTED_LEARNING",
+    "FaultObserver",
+    "LearningObserver",
+    "SlidingModeObserver",
+    "make",
+    "names",
+    "search_space",
+]

@@ -117,7 +117,7 @@ class Flight:
         """Return the largest |e^ - e| of each wheel of the first craft in the last ``window`` seconds, (m,)."""
         if self.effectiveness is None:
             raise ValueError("effectiveness must have been estimated to have an error, got None")
-        late = self.time[1:] >= self.time[-1] - window
+        late = self.time[:-1] >= self.time[-1] - window
         worst: FloatArray = np.abs(self.effectiveness - self.true_effectiveness)[late, 0].max(axis=0)
         return worst
 

@@ -17,6 +17,11 @@ TRACKING, STABILISATION = "zhang_zhou_tracking", "zhang_zhou_stabilisation"
 CONSTANT: Mapping[str, Any] = {"layer": 0.0, "reaching_switching": 3.0, "reaching_steepness": 0.0}
 """The largest gain of the exponential reaching law, at every distance."""
 AUXILIARY: Mapping[str, Any] = {"anti_saturation": {}}
+AS_PRINTED: Mapping[str, Any] = {"layer": 0.0, "faults": "asmo_printed", "anti_saturation": {}}
+SCALED: Mapping[str, Any] = {"gain": 1000.0, "surface_gain": 0.8}
+"""Gains of the Shen-class law for this body and these wheels: published ones are for 0.2 N m and a lighter body."""
+SAMPLED = {"stabilisation": 30.0, "tracking": 45.0}
+"""How long the sampling studies fly [s]: until what the faults at 10 s stirred up has died away."""
 
 
 def plans() -> dict[str, Plan]:
@@ -25,6 +30,8 @@ def plans() -> dict[str, Plan]:
     feasible = scenarios.get("zhang_zhou_2019_feasible")
     rest = scenarios.get("zhang_zhou_2019_stabilisation")
     found = {
+        "as printed, 5 N m": Plan(printed, TRACKING, AS_PRINTED),
+        "as printed, 2 N m": Plan(scenarios.get("zhang_zhou_2019_2nm"), TRACKING, AS_PRINTED),
         "printed, 5 N m": Plan(printed, TRACKING),
         "printed, 2 N m": Plan(scenarios.get("zhang_zhou_2019_2nm"), TRACKING),
         "printed, unlimited": Plan(with_limit(printed, UNLIMITED), TRACKING),
@@ -48,6 +55,9 @@ def plans() -> dict[str, Plan]:
         "tracking, undisturbed": Plan(feasible.replace(disturbance=None, inertia_uncertainty=None), TRACKING),
         "Shen-class": Plan(feasible, "shen_class"),
         "Shen-class, healthy": Plan(feasible.replace(faults=None), "shen_class"),
+        "Shen-class, scaled": Plan(feasible, "shen_class", SCALED),
+        "Shen-class, scaled, healthy": Plan(feasible.replace(faults=None), "shen_class", SCALED),
+        "Shen-class, scaled, at rest": Plan(rest, "shen_class", SCALED),
         "stabilisation": Plan(rest, STABILISATION),
         "stabilisation, sign": Plan(rest, STABILISATION, {"layer": 0.0}),
         "stabilisation, no observer": Plan(rest, f"{STABILISATION}_no_observer"),
@@ -65,6 +75,6 @@ def plans() -> dict[str, Plan]:
     for name, scenario, law in (("stabilisation", rest, STABILISATION), ("tracking", feasible, TRACKING)):
         for period in PERIODS:
             for layer in LAYERS:
-                slow = sampled(scenario, period, 25.0)
+                slow = sampled(scenario, period, SAMPLED[name])
                 found[f"{name}, {period} s, layer {layer}"] = Plan(slow, law, {"layer": layer})
     return found
