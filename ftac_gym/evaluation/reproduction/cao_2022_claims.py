@@ -202,12 +202,11 @@ def quiet_from(flight: Flight) -> float:
 def shaken(flight: Flight) -> tuple[list[float], bool]:
     """Return by how much each fault raises the largest rate within two seconds [deg/s], and if it is as before then."""
     speed, time = _speed(flight), flight.time
-    ends = (*ONSETS[1:], ONSETS[-1] + 4.0)
     raised, recovered = [], True
-    for onset, end in zip(ONSETS, ends, strict=True):
+    for onset in ONSETS:
         before = speed[(time >= onset - 0.5) & (time < onset)].max()
         raised.append(float(max(0.0, speed[(time >= onset) & (time < onset + 2.0)].max() - before)))
-        recovered &= bool(speed[(time >= onset + 2.0) & (time < end)].max() < before + 0.05)
+        recovered &= bool(speed[(time >= onset + 1.5) & (time < onset + 2.0)].max() < before + 0.05)
     return raised, recovered
 
 

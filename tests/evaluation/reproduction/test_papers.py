@@ -19,7 +19,7 @@ def reproduced(request):
     for name, plan in paper.plans().items():
         # Coarse sampling with unlimited torque blows up, which is a result, but none to judge claims by.
         limit = min(50.0, float(plan.scenario.spacecraft.wheels.torque_limits[0]))
-        scenario = with_limit(sampled(plan.scenario, 0.05, 15.0), limit)
+        scenario = with_limit(sampled(plan.scenario, 0.05, 12.0), limit)
         coarse[name] = replace(plan, scenario=scenario, craft=min(plan.craft, 3))
     # So coarse, many plans are the same.
     with np.errstate(all="ignore"):
@@ -93,9 +93,9 @@ def test_rates_before_and_after_faults():
     flight = fly(replace(plan, scenario=sampled(plan.scenario, 0.1, 16.0)))
     turn = np.where(flight.time < 3.0, 1.0, 0.0)
     turn[(flight.time >= 8.0) & (flight.time < 9.0)] = 0.5
-    turn[flight.time >= 12.5] = 0.2
+    turn[flight.time >= 11.8] = 0.2
     made = replace(flight, rate=np.radians(turn)[:, None, None] * np.array([1.0, 0.0, 0.0]))
     assert cao_2022_claims.quiet_from(made) == pytest.approx(3.0)
     raised, recovered = cao_2022_claims.shaken(made)
-    assert raised == pytest.approx([0.0, 0.5, 0.0])
-    assert not recovered  # 0.2 deg/s more than two seconds after the last fault
+    assert raised == pytest.approx([0.0, 0.5, 0.2])
+    assert not recovered  # 0.2 deg/s at the end of the two seconds after the last fault
