@@ -63,11 +63,15 @@ def command(config: Config) -> str:
 
 
 def commit() -> str | None:
-    """Return the git commit of the code; None outside a checkout."""
+    """Return the git commit of the code, marked if the code differs from it; None outside a checkout."""
+
+    def git(*words: str) -> str:
+        folder = Path(__file__).parents[1]
+        return subprocess.run(["git", *words], capture_output=True, text=True, check=True, cwd=folder).stdout.strip()
+
     try:
-        return subprocess.run(
-            ["git", "rev-parse", "HEAD"], capture_output=True, text=True, check=True, cwd=Path(__file__).parent
-        ).stdout.strip()
+        changed = git("status", "--porcelain", "--", "ftac_gym", ":!ftac_gym/baselines/tuned_gains")
+        return git("rev-parse", "HEAD") + ("-dirty" if changed else "")
     except (OSError, subprocess.CalledProcessError):
         return None
 
@@ -116,7 +120,10 @@ def main(config: Config) -> None:
         print(f"{label} on fresh episodes: " + ", ".join(f"{key} {value:.4g}" for key, value in values.items()))
     if config.store:
         counted = dataclasses.replace(config, trials=result.trials)
-        print(f"stored {store(result, command(counted), made_by, fresh)}")
+        try:
+            print(f"stored {store(result, command(counted), made_by, fresh)}")
+        except ValueError as error:
+            raise SystemExit(f"not stored: {error}") from None
 
 
 if __name__ == "__main__":

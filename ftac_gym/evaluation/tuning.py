@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import logging
+import math
 import os
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -220,8 +221,17 @@ def store(result: Result, command: str, commit: str | None, fresh: Mapping[str, 
         Git commit of the code, or None.
     fresh
         Mean return by name of the gains, over the feasible episodes of the next seed.
+
+    Raises
+    ------
+    ValueError
+        If the gains do not give today what the study says: the law has changed since.
     """
     search = result.search
+    today = mean_return(search, result.gains)
+    same = math.isclose(today, result.mean_return, rel_tol=1e-6, abs_tol=1e-9)
+    rule = f"must be what the gains still give, {today!r}: the law has changed since the study; tune it in a new folder"
+    require(same, "mean_return", rule, result.mean_return)
     provenance = {
         "command": command,
         "commit": commit,

@@ -32,6 +32,8 @@ class _State(NamedTuple):
     gain: FloatArray
     gain_slope: FloatArray
     variable: FloatArray
+    target: FloatArray
+    target_rate: FloatArray | None
 
 
 class PTC(FaultTolerantLaw):
@@ -126,10 +128,13 @@ class PTC(FaultTolerantLaw):
         target = mrp_from_quaternion(measurement.reference_attitude)
         error = sigma - target
         sigma_rate = error_rate = mrp_derivative(sigma, rate)
+        target_rate = None
         if self._moving:
-            error_rate = sigma_rate - mrp_derivative(target, measurement.reference_rate)
+            target_rate = mrp_derivative(target, measurement.reference_rate)
+            error_rate = sigma_rate - target_rate
         gain, slope = self._position.gain_and_slope(0.5 * np.einsum("ni,ni->n", error, error)[:, None])
-        return _State(sigma, sigma_rate, error, error_rate, gain, slope, error_rate + gain * error)
+        variable = error_rate + gain * error
+        return _State(sigma, sigma_rate, error, error_rate, gain, slope, variable, target, target_rate)
 
     def sliding_variable(self, measurement: Measurement) -> FloatArray:
         """Return s (N, 3) [1/s] at a measurement."""
@@ -138,13 +143,11 @@ class PTC(FaultTolerantLaw):
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m]."""
         rate = measurement.rate
-        sigma, sigma_rate, error, error_rate, gain, slope, variable = self._state(measurement)
+        sigma, sigma_rate, error, error_rate, gain, slope, variable, target, target_rate = self._state(measurement)
         along = np.einsum("ni,ni->n", error, error_rate)[:, None]
         reaching = self._rate.gain(0.5 * np.einsum("ni,ni->n", variable, variable)[:, None]) * variable
         wanted = mrp_curvature(sigma, sigma_rate, rate) + gain * error_rate + (slope * along) * error + reaching
-        if self._moving:
-            target = mrp_from_quaternion(measurement.reference_attitude)
-            target_rate = mrp_derivative(target, measurement.reference_rate)
+        if target_rate is not None:
             wanted -= mrp_curvature(target, target_rate, measurement.reference_rate)
             wanted -= mrp_derivative(target, measurement.reference_acceleration)
         switched = self._switching_gain * switching(variable, self._layer)

@@ -8,6 +8,7 @@ import numpy as np
 
 from ftac_gym.attitude import quaternion_error, rotate_to_body
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantLaw
+from ftac_gym.baselines.observers.rate_predictor import RatePredictor
 from ftac_gym.baselines.search import Range, SearchSpace
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, non_negative, positive, require
@@ -93,9 +94,7 @@ class ShenClass(FaultTolerantLaw):
         self._norm = float(np.linalg.norm(inverse, 2))
         self._largest = float(self._torque_limits.min()) / self._norm
         self.memory.add("torque_bound", (1,))
-        self.memory.add("monitor_rate", (3,))
-        self.memory.add("monitored_rate", (3,))
-        self.memory.add("monitor_fresh", (1,), initial=True)
+        self._monitor = RatePredictor(scenario, self.memory)
 
     def sliding_variable(self, measurement: Measurement) -> FloatArray:
         """Return S (N, 3) [rad/s] at a measurement."""
@@ -108,14 +107,8 @@ class ShenClass(FaultTolerantLaw):
 
     def _monitored(self, measurement: Measurement) -> FloatArray:
         """Return f^ (N, 3) [N m] and move the monitor on."""
-        memory, rate = self.memory, measurement.rate
-        estimated, previous, fresh = memory["monitor_rate"], memory["monitored_rate"], memory["monitor_fresh"]
-        torque = measurement.last_command @ self._axes_transposed + self._monitor_gain * (previous - estimated)
-        middle = estimated + 0.5 * (rate - previous)
-        torque -= self._gyroscopic.torque(middle, measurement.wheel_momentum)
-        estimated = np.where(fresh, rate, estimated + self._period * (torque @ self._inverse_inertia))
-        memory["monitor_rate"], memory["monitored_rate"], memory["monitor_fresh"] = estimated, rate, fresh & False
-        mismatch = rate - estimated
+        torque = measurement.last_command @ self._axes_transposed + self._monitor_gain * self._monitor.mismatch
+        mismatch, _ = self._monitor.update(measurement, torque, self._period)
         alarm = np.sqrt(np.einsum("ni,ni->n", mismatch, mismatch)) > self._threshold
         seen: FloatArray = self._monitor_gain * mismatch * alarm[:, None]
         return seen

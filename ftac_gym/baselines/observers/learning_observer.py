@@ -8,9 +8,9 @@ from typing import ClassVar
 import numpy as np
 
 from ftac_gym.baselines.estimate import FaultEstimate
-from ftac_gym.baselines.gyroscopic import GyroscopicModel
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.observers.excitation import Excitation
+from ftac_gym.baselines.observers.rate_predictor import RatePredictor
 from ftac_gym.baselines.reaching import switching
 from ftac_gym.baselines.search import Range, SearchSpace
 from ftac_gym.measurement import Measurement
@@ -81,7 +81,6 @@ class LearningObserver:
         craft = scenario.spacecraft
         wheels = craft.wheels.count
         self._inertia = craft.inertia_matrix
-        self._inverse_inertia = np.linalg.inv(self._inertia)
         self._axes_transposed = craft.wheels.axis_matrix.T.copy()
         if isinstance(rate_gain, (int, float, np.number)):
             self._rate_gain = positive(float(rate_gain), "rate_gain") * self._inertia
@@ -96,14 +95,10 @@ class LearningObserver:
         self._switching_gain = non_negative(switching, "switching")
         self._full_torque = None if full_torque is None else positive(full_torque, "full_torque")
         self._smallest = within(smallest, 0.0, 1.0, "smallest")
-        self._gyroscopic = GyroscopicModel(scenario, telemetry=False)
+        self._predictor = RatePredictor(scenario, memory)
         self._memory = memory
-        memory.add("rate_estimate", (3,))
-        memory.add("rate_mismatch", (3,))
         memory.add("injection", (3,))
-        memory.add("observed_rate", (3,))
         memory.add("effectiveness", (wheels,), initial=1.0)
-        memory.add("observer_fresh", (1,), initial=True)
         self._excitation = Excitation(scenario, memory, excitation_time, excitation_threshold)
 
     def _learning_gain(self, gain: float | Sequence[Sequence[float]], wheels: int, name: str) -> FloatArray:
@@ -116,24 +111,16 @@ class LearningObserver:
 
     def update(self, measurement: Measurement, command: FloatArray, dt: float) -> FaultEstimate:
         """Take in a measurement and the command (N, m) [N m] of the period dt [s] that ends with it."""
-        memory, rate = self._memory, measurement.rate
-        fresh = memory["observer_fresh"]
-        last_mismatch, effectiveness = memory["rate_mismatch"], memory["effectiveness"]
-        estimated, previous = memory["rate_estimate"], memory["observed_rate"]
-        middle = estimated + 0.5 * (rate - previous)
+        memory, effectiveness, last_mismatch = self._memory, self._memory["effectiveness"], self._predictor.mismatch
         torque = (effectiveness * command) @ self._axes_transposed + memory["injection"]
-        torque -= self._gyroscopic.torque(middle, measurement.wheel_momentum)
-        estimated = np.where(fresh, rate, estimated + dt * (torque @ self._inverse_inertia))
-        mismatch = rate - estimated
+        mismatch, fresh = self._predictor.update(measurement, torque, dt)
         correction = mismatch @ self._first + last_mismatch @ self._second
         if self._full_torque is not None:
             correction *= np.minimum(np.maximum(command * (1.0 / self._full_torque), -1.0), 1.0)
         learned = self._forgetting * effectiveness + correction
         # The first sample brings no news: e^(0) = 1 stands.
         learned = np.where(fresh, effectiveness, np.minimum(np.maximum(learned, self._smallest), 1.0))
-        memory["rate_estimate"], memory["rate_mismatch"], memory["observed_rate"] = estimated, mismatch, rate
         memory["injection"], memory["effectiveness"] = self._injection(mismatch), learned
-        memory["observer_fresh"] = np.zeros_like(fresh)
         self._excitation.update(command, dt)
         return self.estimate
 

@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.baselines.estimate import FaultEstimate
-from ftac_gym.baselines.gyroscopic import GyroscopicModel
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.observers.excitation import Excitation
+from ftac_gym.baselines.observers.rate_predictor import RatePredictor
 from ftac_gym.baselines.reaching import switching
 from ftac_gym.baselines.search import Range, SearchSpace
 from ftac_gym.measurement import Measurement
@@ -110,62 +110,48 @@ class SlidingModeObserver:
         self._smallest = within(smallest, 0.0, 1.0, "smallest")
         self._layer = non_negative(layer, "layer")
         self._printed_barrier = bool(printed_barrier)
-        self._know_rate = bool(know_rate)
         craft = scenario.spacecraft
-        self._inverse_inertia = np.linalg.inv(craft.inertia_matrix)
+        inverse_inertia = np.linalg.inv(craft.inertia_matrix)
         self._axes_transposed = craft.wheels.axis_matrix.T.copy()
-        self._to_wheels = self._inverse_inertia @ craft.wheels.axis_matrix
-        self._growth = non_negative(switching_gain, "switching_gain") * float(np.linalg.norm(self._inverse_inertia, 2))
+        self._to_wheels = inverse_inertia @ craft.wheels.axis_matrix
+        self._growth = non_negative(switching_gain, "switching_gain") * float(np.linalg.norm(inverse_inertia, 2))
         wheels = craft.wheels.count
-        self._gyroscopic = GyroscopicModel(scenario, telemetry=False)
+        self._predictor = RatePredictor(scenario, memory, know_rate)
         self._memory = memory
-        memory.add("rate_estimate", (3,))
-        memory.add("rate_mismatch", (3,))
-        memory.add("observed_rate", (3,))
         memory.add("injection", (3,))
         memory.add("adaptive_switching", (1,))
         memory.add("inside_barrier", (1,), initial=False)
         memory.add("effectiveness", (wheels,), initial=1.0)
         memory.add("bias", (wheels,))
-        memory.add("observer_fresh", (1,), initial=True)
         self._excitation = Excitation(scenario, memory, excitation_time, excitation_threshold)
 
     def update(self, measurement: Measurement, command: FloatArray, dt: float) -> FaultEstimate:
         """Take in a measurement and the command (N, m) [N m] of the period dt [s] that ends with it."""
-        memory, rate = self._memory, measurement.rate
-        fresh = memory["observer_fresh"]
-        mismatch, effectiveness, bias = memory["rate_mismatch"], memory["effectiveness"], memory["bias"]
-        inside = memory["inside_barrier"]
-        estimated, previous = memory["rate_estimate"], memory["observed_rate"]
-        middle = estimated + 0.5 * (rate - previous)
+        memory, effectiveness, bias = self._memory, self._memory["effectiveness"], self._memory["bias"]
         torque = (effectiveness * command + bias) @ self._axes_transposed + memory["injection"]
-        torque -= self._gyroscopic.torque(middle, measurement.wheel_momentum)
-        estimated = estimated + dt * (torque @ self._inverse_inertia + self._rate_gain * mismatch)
-        # A craft just reset has no period behind it, in which anything could have been learned.
+        mismatch, fresh = self._predictor.update(measurement, torque, dt)
+        inside = memory["inside_barrier"]
+        # Nothing could be learned before the first period.
         step = np.where(fresh, 0.0, dt)
-        estimated = np.where(fresh, rate if self._know_rate else 0.0, estimated)
-        mismatch = rate - estimated
         size = np.abs(mismatch).sum(axis=1, keepdims=True)
         adaptive = memory["adaptive_switching"] + (self._growth * step) * size * ~inside
         inside = inside | (size < self._barrier)
-        injection = self._gain(mismatch, size, adaptive, inside) * switching(mismatch, self._layer)
+        switched = self._gain(mismatch, size, adaptive, inside) * switching(mismatch, self._layer)
         drive = mismatch @ self._to_wheels
         effectiveness = effectiveness + (self._effectiveness_gain * step) * command * drive
         effectiveness = np.minimum(np.maximum(effectiveness, self._smallest), 1.0)
         bias = bias + (self._bias_gain * step) * drive
-        memory["rate_estimate"], memory["rate_mismatch"], memory["observed_rate"] = estimated, mismatch, rate
-        memory["adaptive_switching"], memory["inside_barrier"], memory["injection"] = adaptive, inside, injection
+        memory["injection"] = switched + mismatch @ self._rate_torque
+        memory["adaptive_switching"], memory["inside_barrier"] = adaptive, inside
         memory["effectiveness"], memory["bias"] = effectiveness, bias
-        memory["observer_fresh"] = np.zeros_like(fresh)
         self._excitation.update(command, dt)
         return self.estimate
 
     @property
     def estimate(self) -> FaultEstimate:
         """The latest estimate; its disturbance is what the faults do not explain, K sign(w~) + J L w~."""
-        memory = self._memory
-        unexplained = memory["injection"] + memory["rate_mismatch"] @ self._rate_torque
-        return FaultEstimate(unexplained, memory["effectiveness"], memory["bias"], self._excitation.identifiable)
+        memory, known = self._memory, self._excitation.identifiable
+        return FaultEstimate(memory["injection"], memory["effectiveness"], memory["bias"], known)
 
     def _gain(self, mismatch: FloatArray, size: FloatArray, adaptive: FloatArray, inside: BoolArray) -> FloatArray:
         """Return K (N, 1) [N m]."""
