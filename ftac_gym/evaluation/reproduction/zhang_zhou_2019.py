@@ -41,8 +41,8 @@ def _sampling(flights: Mapping[str, Flight]) -> Cells:
     table: Cells = [["law", "period [ms]", *(f"layer {layer}" if layer else "sign" for layer in LAYERS)]]
     for name in ("stabilisation", "tracking"):
         for period in PERIODS:
-            flown = [flights[f"{name}, {period} s, layer {layer}"] for layer in LAYERS]
-            cells = [f"{settled(flight, 1.0)}, {flight.steady():.4f} deg" for flight in flown]
+            flown = [flights.get(f"{name}, {period} s, layer {layer}") for layer in LAYERS]
+            cells = [f"{settled(item, 1.0)}, {item.steady():.4f} deg" if item else "-" for item in flown]
             table.append([name, f"{1000 * period:g}", *cells])
     return table
 

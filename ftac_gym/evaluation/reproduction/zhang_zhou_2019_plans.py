@@ -74,7 +74,8 @@ def plans() -> dict[str, Plan]:
     }  # fmt: skip
     for name, scenario, law in (("stabilisation", rest, STABILISATION), ("tracking", feasible, TRACKING)):
         for period in PERIODS:
-            for layer in LAYERS:
+            # The widest layer hides the step: at the smallest step it is left out.
+            for layer in LAYERS if period > PERIODS[0] else LAYERS[:-1]:
                 slow = sampled(scenario, period, SAMPLED[name])
                 found[f"{name}, {period} s, layer {layer}"] = Plan(slow, law, {"layer": layer})
     return found
