@@ -447,7 +447,9 @@ def test_angular_acceleration_inverts_the_second_derivative_exactly() -> None:
     sigma, w, w_dot = vectors(seed=1), vectors(seed=2), vectors(seed=3)
     sigma_dot = att.mrp_derivative(sigma, w)
     matrix_dot = att.mrp_kinematic_matrix_derivative(sigma, sigma_dot)
-    sigma_ddot = (matrix_dot @ w[..., None])[..., 0] + att.mrp_derivative(sigma, w_dot)
+    bent = (matrix_dot @ w[..., None])[..., 0]
+    np.testing.assert_allclose(att.mrp_curvature(sigma, sigma_dot, w), bent, rtol=0.0, atol=1e-13)
+    sigma_ddot = bent + att.mrp_derivative(sigma, w_dot)
     np.testing.assert_allclose(
         att.angular_acceleration_from_mrp(sigma, sigma_dot, sigma_ddot), w_dot, rtol=0.0, atol=2e-13
     )
@@ -533,6 +535,7 @@ SHAPES = {
     "mrp_kinematic_matrix_inverse": (3,),
     "mrp_kinematic_matrix_derivative": (3, 3),
     "mrp_derivative": (3, 3),
+    "mrp_curvature": (3, 3, 3),
     "angular_velocity_from_mrp": (3, 3),
     "angular_acceleration_from_mrp": (3, 3, 3),
     "mrp_error": (3, 3),

@@ -96,7 +96,7 @@ class Search:
         return gains
 
     def start(self) -> dict[str, float]:
-        """Return where to begin: at the law's own gains, and amid the range of a gain that they leave open."""
+        """Return where to begin: at the law's own gains; amid the range of a gain that they leave open or out of it."""
         known = baselines.law(self.baseline).point_of(baselines.defaults(self.baseline))
         point = {}
         for name, item in self.space.items():

@@ -99,6 +99,7 @@ def transposed(cells: Cells) -> Cells:
 
 def markdown(cells: Cells) -> str:
     """Format cells as a Markdown table."""
-    lines = ["| " + " | ".join(cells[0]) + " |", "|" + "---|" * len(cells[0])]
-    lines += ["| " + " | ".join(row) + " |" for row in cells[1:]]
+    heading, *rows = ([cell.replace("|", "\\|") for cell in row] for row in cells)
+    lines = ["| " + " | ".join(heading) + " |", "|" + "---|" * len(heading)]
+    lines += ["| " + " | ".join(row) + " |" for row in rows]
     return "\n".join(lines)

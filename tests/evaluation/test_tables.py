@@ -72,3 +72,4 @@ def test_splits_count_their_feasible_episodes():
 
 def test_markdown():
     assert markdown([["a", "b"], ["1", "2"]]) == "| a | b |\n|---|---|\n| 1 | 2 |"
+    assert markdown([["a"], ["|x| < 1"]]) == "| a |\n|---|\n| \\|x\\| < 1 |"
