@@ -82,6 +82,8 @@ def open_study(search: Search, folder: Path) -> optuna.Study:
     """
     folder.mkdir(parents=True, exist_ok=True)
     with _quiet():
+        # One process runs a study: a lock that lies here is that of a killed one, and would be waited for for ever.
+        (folder / f"{JOURNAL}.lock").unlink(missing_ok=True)
         storage = JournalStorage(JournalFileBackend(str(folder / JOURNAL)))
         # Optuna's own load_if_exists writes to a study that may be refused.
         if _STUDY in optuna.get_all_study_names(storage):
