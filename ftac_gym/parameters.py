@@ -28,13 +28,21 @@ def require(condition: bool, field: str, rule: str, value: object) -> None:
 
 
 @contextmanager
-def fields_named(**names: str) -> Iterator[None]:
-    """Let the errors of a part speak of a whole's fields: ``fields_named(gain="rate_gain")`` around its making."""
+def fields_named(prefix: str = "", **names: str) -> Iterator[None]:
+    """Let the errors of a part speak of a whole's fields: ``fields_named("rate_")`` around its making.
+
+    Parameters
+    ----------
+    prefix
+        What the whole puts before the names of the part's fields.
+    **names
+        The whole's name of a field, where it is another.
+    """
     try:
         yield
     except ValueError as error:
         field, _, rest = str(error).partition(" ")
-        raise ValueError(f"{names.get(field, field)} {rest}") from None
+        raise ValueError(f"{names.get(field, prefix + field)} {rest}") from None
 
 
 def within(value: float, low: float, high: float, field: str) -> float:

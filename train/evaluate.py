@@ -121,11 +121,12 @@ def draw(config: Config, name: str) -> Episodes:
         raise SystemExit(f"--episodes: {error}") from None
 
 
-def run(config: Config, drawn: dict[str, Episodes], console: Console) -> dict[str, list[Evaluation]]:
+def run(
+    config: Config, flown: dict[str, Any], drawn: dict[str, Episodes], console: Console
+) -> dict[str, list[Evaluation]]:
     """Fly all policies through all scenarios, with progress."""
     columns = (TextColumn("{task.description:>18}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     evaluations: dict[str, list[Evaluation]] = {}
-    flown = contestants(config)
     with Progress(*columns, console=console) as progress:
         for scenario, episodes in drawn.items():
             task = progress.add_task(scenario, total=len(episodes) * len(config.policies))
@@ -207,7 +208,7 @@ def main(config: Config) -> None:
     ]
     lists.append(gains_used(config))
     console.print("\n".join(lists))
-    evaluations = run(config, drawn, console)
+    evaluations = run(config, flown, drawn, console)
     console.print("bootstrap intervals ...")
     rows = {name: compare(items, config.reference, drawn[name].feasible) for name, items in evaluations.items()}
     estimates, differences = metric_tables(rows[config.scenario], config.reference)

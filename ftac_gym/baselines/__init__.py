@@ -92,9 +92,24 @@ def law(name: str) -> type[Baseline]:
     return _entry(name).law
 
 
-def make(
-    name: str, scenario: Scenario, num_craft: int = 1, gains: str = "default", **changes: Any
-) -> Baseline:  # fmt: skip
+def chosen(name: str, gains: str, changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what :func:`make` builds a law with, but for the law's own defaults: what tells two variants apart.
+
+    Raises
+    ------
+    ValueError
+        If the name or the set of gains is unknown, or there are no tuned gains.
+    """
+    entry = _entry(name)
+    require(gains in GAINS, "gains", f"must be one of {list(GAINS)}", gains)
+    layers = [entry.gains, tuned.gains(name) if gains == "tuned" else {}]
+    if changes.get("faults", entry.gains.get("faults")) != entry.gains.get("faults"):
+        # Gains of an observer mean nothing to another.
+        layers = [{key: value for key, value in layer.items() if key != "observer"} for layer in layers]
+    return merged(*layers, changes)
+
+
+def make(name: str, scenario: Scenario, num_craft: int = 1, gains: str = "default", **changes: Any) -> Baseline:
     """Build a baseline.
 
     Parameters
@@ -116,17 +131,11 @@ def make(
         If the name or a gain is unknown, a gain breaks a rule, there are no tuned gains, or the law does not fit the
         scenario.
     """
-    entry = _entry(name)
-    require(gains in GAINS, "gains", f"must be one of {list(GAINS)}", gains)
-    layers = [entry.gains, tuned.gains(name) if gains == "tuned" else {}]
-    if changes.get("faults", entry.gains.get("faults")) != entry.gains.get("faults"):
-        # Gains of an observer mean nothing to another.
-        layers = [{key: value for key, value in layer.items() if key != "observer"} for layer in layers]
     known = sorted(defaults(name))
     for change in changes:
         require(change in known, f"gains of {name}:", f"must be among {known}", change)
     try:
-        return entry.law(scenario, num_craft, **merged(*layers, changes))
+        return law(name)(scenario, num_craft, **chosen(name, gains, changes))
     except TypeError as error:  # an unknown gain of a part
         raise ValueError(f"gains of {name}: {error}") from None
     except ValueError as error:
@@ -172,11 +181,11 @@ __all__ = [
     "FaultEstimate",
     "Range",
     "as_action",
+    "chosen",
     "defaults",
     "law",
     "make",
     "measurement_of",
-    "merged",
     "names",
     "nested",
     "search_space",

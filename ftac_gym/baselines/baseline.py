@@ -37,6 +37,8 @@ class Baseline(ABC):
     """The tier of information it uses: attitude, telemetry or oracle."""
     search_space: ClassVar[SearchSpace] = {}
     """Where a tuner looks for the gains of the law itself."""
+    shares: ClassVar[Mapping[str, tuple[str, str]]] = {}
+    """Gains that are searched as a share of another, which limits them: share: (gain, the gain that limits it)."""
 
     def __init__(self, scenario: Scenario, num_craft: int = 1) -> None:
         require(isinstance(scenario, Scenario), "scenario", "must be a Scenario", scenario)
@@ -55,7 +57,10 @@ class Baseline(ABC):
     @classmethod
     def gains_at(cls, point: Mapping[str, float]) -> dict[str, Any]:
         """Return the gains at a point of the search space."""
-        return nested(point)
+        gains = nested(point)
+        for share, (gain, limit) in cls.shares.items():
+            gains[gain] = gains[limit] * gains.pop(share)
+        return gains
 
     @classmethod
     def point_of(cls, gains: Mapping[str, Any]) -> dict[str, float]:
@@ -63,7 +68,10 @@ class Baseline(ABC):
 
         Gains that are no numbers, or are not given, are left out.
         """
-        return flat(gains)
+        point = flat(gains)
+        for share, (gain, limit) in cls.shares.items():
+            point[share] = point.pop(gain) / point[limit]
+        return point
 
     @abstractmethod
     def act(self, measurement: Measurement) -> FloatArray:

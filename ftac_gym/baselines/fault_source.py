@@ -35,9 +35,7 @@ class FaultSource:
         If the kind is unknown, or gains are given without an observer.
     """
 
-    def __init__(
-        self, scenario: Scenario, memory: Memory, kind: str, gains: Mapping[str, Any] | None = None
-    ) -> None:  # fmt: skip
+    def __init__(self, scenario: Scenario, memory: Memory, kind: str, gains: Mapping[str, Any] | None = None) -> None:
         known = ["none", "oracle", *observers.names()]
         require(kind in known, "faults", f"must be one of {known}", kind)
         observed = kind in observers.names()

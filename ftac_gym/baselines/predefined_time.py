@@ -75,3 +75,36 @@ class PredefinedTime:
         """Return when V is zero, T (1 - exp(-V(0)^h)) [s]: the closed form, without regularisation."""
         time: FloatArray = self.time * -np.expm1(-(energy**self.exponent))
         return time
+
+
+class PredefinedTimeSliding:
+    """s = x' + f_a x and what makes s' = -f_b s, Eqs. (25) and (26) of Cao et al. 2022.
+
+    Parameters
+    ----------
+    position, rate
+        The feedbacks f_a of V_a = |x|^2 / 2 and f_b of V_b = |s|^2 / 2.
+    """
+
+    def __init__(self, position: PredefinedTime, rate: PredefinedTime) -> None:
+        self._position, self._rate = position, rate
+
+    def variable(self, error: FloatArray, error_rate: FloatArray) -> FloatArray:
+        """Return s (N, 3) [1/s] for x and x' [1/s], each (N, 3)."""
+        return error_rate + self._position.gain(_energy(error)) * error
+
+    def demand(self, error: FloatArray, error_rate: FloatArray, drift: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return s [1/s], and the drift of x'' [1/s^2] plus xi' + f_b s, each (N, 3).
+
+        With xi = f_a x: xi' = f_a x' + (df_a/dV_a) (x.x') x.
+        """
+        gain, slope = self._position.gain_and_slope(_energy(error))
+        along = np.einsum("ni,ni->n", error, error_rate)[:, None]
+        variable = error_rate + gain * error
+        reaching = self._rate.gain(_energy(variable)) * variable
+        return variable, drift + gain * error_rate + (slope * along) * error + reaching
+
+
+def _energy(vector: FloatArray) -> FloatArray:
+    energy: FloatArray = 0.5 * np.einsum("ni,ni->n", vector, vector)[:, None]
+    return energy

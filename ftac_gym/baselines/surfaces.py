@@ -28,7 +28,37 @@ def signed_power(value: FloatArray, exponent: float) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class FastTerminalSurface:
+class _TerminalSurface:
+    """A linear term and a power below one.
+
+    Parameters
+    ----------
+    linear
+        Gain of x [rad/s per unit of x].
+    terminal
+        Gain of the power [rad/s per unit of the power].
+    exponent
+        Exponent of the power, within (0, 1).
+
+    Raises
+    ------
+    ValueError
+        If a value breaks a rule.
+    """
+
+    linear: float
+    terminal: float
+    exponent: float
+
+    def __post_init__(self) -> None:
+        """Check the fields."""
+        non_negative(self.linear, "linear")
+        non_negative(self.terminal, "terminal")
+        within(self.exponent, 0.0, 1.0, "exponent")
+
+
+@dataclass(frozen=True)
+class FastTerminalSurface(_TerminalSurface):
     """c(x) = a x + b sig(x)^p, whose slope is singular at zero and is therefore held below a guard.
 
     Eqs. (29), (30) and (33) of Zhang and Zhou 2019, the last with the test on x itself (it is printed for x'). Within
@@ -36,12 +66,8 @@ class FastTerminalSurface:
 
     Parameters
     ----------
-    linear
-        a [rad/s per unit of x].
-    terminal
-        b [rad/s per unit of x^p].
-    exponent
-        p, within (0, 1).
+    linear, terminal, exponent
+        a, b and p.
     guard
         |x| below which the slope of the second term stays at its value there.
 
@@ -51,28 +77,22 @@ class FastTerminalSurface:
         If a value breaks a rule.
     """
 
-    linear: float
-    terminal: float
-    exponent: float
     guard: float
 
     def __post_init__(self) -> None:
         """Check the fields."""
-        non_negative(self.linear, "linear")
-        non_negative(self.terminal, "terminal")
-        within(self.exponent, 0.0, 1.0, "exponent")
+        super().__post_init__()
         positive(self.guard, "guard")
 
     def __call__(self, error: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return c(x) and its guarded slope."""
-        magnitude = np.abs(error)
-        term = self.linear * error + self.terminal * np.copysign(magnitude**self.exponent, error)
-        steep = np.maximum(magnitude, self.guard) ** (self.exponent - 1.0)
+        term = self.linear * error + self.terminal * signed_power(error, self.exponent)
+        steep = np.maximum(np.abs(error), self.guard) ** (self.exponent - 1.0)
         return term, self.linear + (self.terminal * self.exponent) * steep
 
 
 @dataclass(frozen=True)
-class NonsingularTerminalSurface:
+class NonsingularTerminalSurface(_TerminalSurface):
     """c(x) = k1 x + k2 S(x) with S = sig(x)^r outside |x| = mu and a parabola inside that continues it.
 
     Eqs. (63), (64) of Zhang and Zhou 2019, for negative x too. The coefficients of the parabola c1 x + c2 x |x| are not
@@ -80,12 +100,8 @@ class NonsingularTerminalSurface:
 
     Parameters
     ----------
-    linear
-        k1 [rad/s per unit of x].
-    terminal
-        k2 [rad/s per unit of x^r].
-    exponent
-        r, within (0, 1).
+    linear, terminal, exponent
+        k1, k2 and r.
     bound
         mu.
 
@@ -95,22 +111,22 @@ class NonsingularTerminalSurface:
         If a value breaks a rule.
     """
 
-    linear: float
-    terminal: float
-    exponent: float
     bound: float
 
     def __post_init__(self) -> None:
         """Check the fields."""
-        non_negative(self.linear, "linear")
-        non_negative(self.terminal, "terminal")
-        within(self.exponent, 0.0, 1.0, "exponent")
+        super().__post_init__()
         positive(self.bound, "bound")
 
     def __call__(self, error: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return c(x) and its slope."""
-        ratio, slope = self.terminal_part(np.abs(error))
-        return (self.linear + self.terminal * ratio) * error, self.linear + self.terminal * slope
+        ratio, slope = self.profile(np.abs(error))
+        return ratio * error, slope
+
+    def profile(self, magnitude: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return c(x)/x and dc/dx for |x|, in any shape."""
+        ratio, slope = self.terminal_part(magnitude)
+        return self.linear + self.terminal * ratio, self.linear + self.terminal * slope
 
     def terminal_part(self, magnitude: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return S(x)/x and dS/dx for |x|, in any shape."""

@@ -65,9 +65,7 @@ def reference_motion(episodes: Episodes, time: FloatArray) -> Motion:
     )
 
 
-def required_torque(
-    scenario: Scenario, time: npt.ArrayLike, disturbance: bool = False, seed: int = 0
-) -> FloatArray:  # fmt: skip
+def required_torque(scenario: Scenario, time: npt.ArrayLike, disturbance: bool = False, seed: int = 0) -> FloatArray:
     """Return the torque on the body that following the reference exactly needs.
 
     It is J w_d' + w_d x J w_d with the nominal inertia J.

@@ -13,7 +13,6 @@ import numpy as np
 from gymnasium.vector import VectorEnv
 
 from ftac_gym import baselines, scenarios
-from ftac_gym.baselines import tuned
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.episodes import Episodes
 from ftac_gym.evaluation.metrics import Metrics, episode_metrics
@@ -59,11 +58,8 @@ class BaselineContestant:
         self.fingerprint: str | None = None
         """Same for the same policy: finished batches are found by it. None for a law that is not of this package."""
         if isinstance(law, str):
-            require(law in baselines.names(), "baseline", f"must be one of {baselines.names()}", law)
-            require(gains in baselines.GAINS, "gains", f"must be one of {list(baselines.GAINS)}", gains)
             # Tuned gains are data: their name says nothing of what they are, and they are read once, here.
-            if gains == "tuned":
-                changes = baselines.merged(tuned.gains(law), changes)
+            changes = baselines.chosen(law, gains, changes)
             self._build: Callable[..., baselines.Baseline] = partial(baselines.make, law)
             self.fingerprint = json.dumps([law, changes], sort_keys=True)
         else:

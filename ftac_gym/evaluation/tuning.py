@@ -25,7 +25,7 @@ from typing import Any
 
 import optuna
 from optuna.storages import JournalStorage
-from optuna.storages.journal import JournalFileBackend
+from optuna.storages.journal import JournalFileBackend, JournalFileSymlinkLock
 from optuna.trial import Trial, TrialState
 
 import ftac_gym
@@ -35,6 +35,8 @@ from ftac_gym.parameters import require
 
 JOURNAL = "study.journal"
 """File of a study in its folder."""
+STALE = 5
+"""Age at which a lock is taken for that of a killed process [s]; writing a trial takes milliseconds."""
 _STUDY = "gains"
 
 
@@ -82,9 +84,11 @@ def open_study(search: Search, folder: Path) -> optuna.Study:
     """
     folder.mkdir(parents=True, exist_ok=True)
     with _quiet():
-        # One process runs a study: a lock that lies here is that of a killed one, and would be waited for for ever.
-        (folder / f"{JOURNAL}.lock").unlink(missing_ok=True)
-        storage = JournalStorage(JournalFileBackend(str(folder / JOURNAL)))
+        # The lock is a link to the journal. It has to be an absolute one: Optuna takes away the lock of a killed
+        # process by the age of what it links to, and waits for ever, busily, for one that leads nowhere.
+        journal = str((folder / JOURNAL).resolve())
+        lock = JournalFileSymlinkLock(journal, grace_period=STALE)
+        storage = JournalStorage(JournalFileBackend(journal, lock))
         # Optuna's own load_if_exists writes to a study that may be refused.
         if _STUDY in optuna.get_all_study_names(storage):
             study = optuna.load_study(study_name=_STUDY, storage=storage)

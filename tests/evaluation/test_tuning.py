@@ -4,6 +4,8 @@ import json
 import math
 import subprocess
 import sys
+import time
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -144,6 +146,20 @@ def test_the_budget_holds(trials, flown, tmp_path):
     assert {name: flown[0][name] for name in ("rate_gain", "rate_limit")} == {
         name: pytest.approx(own[name], rel=1e-3) for name in ("rate_gain", "rate_limit")
     }
+
+
+@pytest.mark.parametrize("folder", ["study", "nested/study"])
+def test_the_lock_of_a_killed_search_is_taken_away(folder, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(tuning, "STALE", 3)
+    study = tuning.open_study(SEARCH, Path(folder))
+    study._storage._backend._lock.acquire()  # a process that is killed never releases what it has acquired
+    assert (Path(folder) / f"{tuning.JOURNAL}.lock").exists(), "the lock leads nowhere: it is waited for for ever"
+    began = time.monotonic()
+    again = tuning.open_study(SEARCH, Path(folder))
+    again.set_user_attr("written", True)
+    assert time.monotonic() - began < 20.0
+    assert not (Path(folder) / f"{tuning.JOURNAL}.lock").is_symlink()
 
 
 def test_a_resumed_study_flies_the_rest_only(flown, tmp_path):

@@ -200,10 +200,11 @@ def test_evaluate_with_tuned_gains(stored, tmp_path, capsys, monkeypatch):
     default = evaluation.Config(**arguments)
     drawn = {"flagship": evaluation.draw(default, "flagship")}
     assert evaluation.gains_used(default) == "gains of the baselines: default" and default.reports == output
-    results = [run(default, drawn, console)]
+    results = [run(default, evaluation.contestants(default), drawn, console)]
     assert len(list(batches.iterdir())) == 4
     write(stored, "pd", rate_gain=3.5, position_gain=1.0)
-    results.append(run(evaluation.Config(**arguments, gains="tuned"), drawn, console))
+    anew = evaluation.Config(**arguments, gains="tuned")
+    results.append(run(anew, evaluation.contestants(anew), drawn, console))
     assert len(list(batches.iterdir())) == 5
     returns = [[float(item.metrics["return"][0]) for item in result["flagship"]] for result in results]
     assert returns[0][0] != returns[1][0] and returns[0][1] != returns[1][1]

@@ -64,20 +64,7 @@ class NFTSM(RelativeLaw):
         "rate_gain": Range(0.5, 8.0),
         "attitude_filter_time": Range(0.1, 5.0),
     }
-
-    @classmethod
-    def gains_at(cls, point: Mapping[str, float]) -> dict[str, Any]:
-        """Return the gains at a point; e1 is searched as a share of the rate gain, which limits it."""
-        gains = super().gains_at(point)
-        gains["reaching_linear"] = gains["rate_gain"] * gains.pop("reaching_share")
-        return gains
-
-    @classmethod
-    def point_of(cls, gains: Mapping[str, Any]) -> dict[str, float]:
-        """Return the point that has these gains."""
-        point = super().point_of(gains)
-        point["reaching_share"] = point.pop("reaching_linear") / point["rate_gain"]
-        return point
+    shares: ClassVar = {"reaching_share": ("reaching_linear", "rate_gain")}
 
     def __init__(
         self,
@@ -102,19 +89,14 @@ class NFTSM(RelativeLaw):
         layer = positive(reaching_switching, "reaching_switching") / (rate_gain - reaching_linear)
         self._reaching = ExponentialReaching(reaching_linear, reaching_switching, layer=layer)
 
-    def _profile(self, error: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return c(n)/n and c'(n), each (N, 1), of the surface c sigma/n, and n^2 (N, 1)."""
-        square = np.einsum("ni,ni->n", error, error)[:, None]
-        ratio, slope = self._surface.terminal_part(np.sqrt(square))
-        linear, terminal = self._surface.linear, self._surface.terminal
-        return linear + terminal * ratio, linear + terminal * slope, square
-
     def _variable(self, error: FloatArray, rate_error: FloatArray) -> FloatArray:
-        variable: FloatArray = rate_error + self._profile(error)[0] * error
+        length = np.sqrt(np.einsum("ni,ni->n", error, error))[:, None]
+        variable: FloatArray = rate_error + self._surface.profile(length)[0] * error
         return variable
 
     def _acceleration(self, error: FloatArray, rate_error: FloatArray) -> FloatArray:
-        ratio, slope, square = self._profile(error)
+        square = np.einsum("ni,ni->n", error, error)[:, None]
+        ratio, slope = self._surface.profile(np.sqrt(square))
         speed = mrp_derivative(error, rate_error)
         along = np.einsum("ni,ni->n", error, speed)[:, None] / np.maximum(square, 1e-300)
         change = ratio * speed + ((slope - ratio) * along) * error

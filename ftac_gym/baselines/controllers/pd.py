@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
 
-from ftac_gym.attitude import cross, quaternion_error, rotate_to_body
 from ftac_gym.baselines.allocation import MinimaxAllocation, pseudo_inverse, scale_to_limits
 from ftac_gym.baselines.baseline import Baseline
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gyroscopic import GyroscopicModel
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter
 from ftac_gym.baselines.observers.disturbance_observer import DisturbanceObserver
+from ftac_gym.baselines.relative_motion import relative_motion
 from ftac_gym.baselines.search import Range, SearchSpace
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, positive, require
@@ -67,20 +66,7 @@ class PD(Baseline):
         "rate_limit": Range(0.05, 0.3),
         "attitude_filter_time": Range(0.1, 5.0),
     }
-
-    @classmethod
-    def gains_at(cls, point: Mapping[str, float]) -> dict[str, Any]:
-        """Return the gains at a point; the position gain is searched as a share of the rate gain, which limits it."""
-        gains = dict(point)
-        gains["position_gain"] = gains["rate_gain"] * gains.pop("position_share")
-        return gains
-
-    @classmethod
-    def point_of(cls, gains: Mapping[str, Any]) -> dict[str, float]:
-        """Return the point that has these gains."""
-        point = super().point_of(gains)
-        point["position_share"] = point.pop("position_gain") / point["rate_gain"]
-        return point
+    shares: ClassVar = {"position_share": ("position_gain", "rate_gain")}
 
     def __init__(
         self,
@@ -120,15 +106,12 @@ class PD(Baseline):
 
     def _demand(self, measurement: Measurement) -> FloatArray:
         """Return the torque wanted on the body, (N, 3) [N m]."""
-        error = quaternion_error(self._filter.update(measurement), measurement.reference_attitude)
+        motion = relative_motion(self._filter.update(measurement), measurement, self._moving)
+        error, rate_error = motion.error, motion.rate_error
         vector = error[:, 1:]
         sine = np.sqrt(np.einsum("ij,ij->i", vector, vector))[:, None]
         angle = 2.0 * np.arctan2(sine, error[:, :1])
         axis = vector / np.maximum(sine, 1e-12)
-        rate_error = measurement.rate
-        if self._moving:
-            reference_rate = rotate_to_body(error, measurement.reference_rate)
-            rate_error = rate_error - reference_rate
         # What the wheels can give about the axis: the share of their limits that one rad/s^2 would take, inverted.
         per_acceleration = np.abs(self._minimax(axis @ self._inertia)) / self._torque_limits
         braking = self._braking_share / np.maximum(per_acceleration.max(axis=1, keepdims=True), 1e-12)
@@ -142,8 +125,7 @@ class PD(Baseline):
         deceleration = np.where(fast, 0.0, deceleration)
         acceleration = (deceleration - self._rate_gain * speed) * axis - self._rate_gain * rate_error
         if self._moving:
-            turning = cross(rate_error, reference_rate)
-            acceleration += rotate_to_body(error, measurement.reference_acceleration) - turning
+            acceleration += motion.feed_forward(measurement)
         torque = acceleration @ self._inertia
         demand: FloatArray = torque + self._gyroscopic.torque(measurement.rate, measurement.wheel_momentum)
         return demand

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-import numpy as np
-
 from ftac_gym.attitude import angular_velocity_from_mrp, mrp_curvature, mrp_derivative
 from ftac_gym.baselines.controllers.relative import RelativeLaw
-from ftac_gym.baselines.predefined_time import PredefinedTime
+from ftac_gym.baselines.predefined_time import PredefinedTime, PredefinedTimeSliding
 from ftac_gym.baselines.reaching import switching
 from ftac_gym.baselines.search import Range, SearchSpace
 from ftac_gym.parameters import FloatArray, fields_named, non_negative, positive, require
@@ -61,20 +59,7 @@ class PredefinedTimeLaw(RelativeLaw):
         "switching_gain": Range(1e-6, 1e-2, log=True),
         "attitude_filter_time": Range(0.1, 5.0),
     }
-
-    @classmethod
-    def gains_at(cls, point: Mapping[str, float]) -> dict[str, Any]:
-        """Return the gains at a point; the position gain is searched as a share of the rate gain, which limits it."""
-        gains = super().gains_at(point)
-        gains["position_gain"] = gains["rate_gain"] * gains.pop("position_share")
-        return gains
-
-    @classmethod
-    def point_of(cls, gains: Mapping[str, Any]) -> dict[str, float]:
-        """Return the point that has these gains."""
-        point = super().point_of(gains)
-        point["position_share"] = point.pop("position_gain") / point["rate_gain"]
-        return point
+    shares: ClassVar = {"position_share": ("position_gain", "rate_gain")}
 
     def __init__(
         self,
@@ -94,26 +79,20 @@ class PredefinedTimeLaw(RelativeLaw):
         super().__init__(scenario, num_craft, faults, observer, attitude_filter_time)
         rule = f"must be below rate_gain = {rate_gain!r}"
         require(positive(position_gain, "position_gain") < rate_gain, "position_gain", rule, position_gain)
-        fields = ("exponent", "time", "gain")
-        with fields_named(**{name: f"position_{name}" for name in fields}):
-            self._position = PredefinedTime.with_gain(position_exponent, position_time, position_gain)
-        with fields_named(**{name: f"rate_{name}" for name in fields}):
-            self._rate = PredefinedTime.with_gain(rate_exponent, rate_time, rate_gain)
+        with fields_named("position_"):
+            position = PredefinedTime.with_gain(position_exponent, position_time, position_gain)
+        with fields_named("rate_"):
+            rate = PredefinedTime.with_gain(rate_exponent, rate_time, rate_gain)
+        self._sliding = PredefinedTimeSliding(position, rate)
         self._switching_gain = non_negative(switching_gain, "switching_gain")
         self._layer = max(10.0 * switching_gain / rate_gain, 1e-300)
 
     def _variable(self, error: FloatArray, rate_error: FloatArray) -> FloatArray:
-        gain = self._position.gain(0.5 * np.einsum("ni,ni->n", error, error)[:, None])
-        return mrp_derivative(error, rate_error) + gain * error
+        return self._sliding.variable(error, mrp_derivative(error, rate_error))
 
     def _acceleration(self, error: FloatArray, rate_error: FloatArray) -> FloatArray:
-        gain, slope = self._position.gain_and_slope(0.5 * np.einsum("ni,ni->n", error, error)[:, None])
         speed = mrp_derivative(error, rate_error)
-        along = np.einsum("ni,ni->n", error, speed)[:, None]
-        variable = speed + gain * error
-        reaching = self._rate.gain(0.5 * np.einsum("ni,ni->n", variable, variable)[:, None])
-        wanted = mrp_curvature(error, speed, rate_error) + gain * speed + (slope * along) * error
-        wanted += reaching * variable
+        variable, wanted = self._sliding.demand(error, speed, mrp_curvature(error, speed, rate_error))
         if self._switching_gain > 0.0:
             wanted += self._switching_gain * switching(variable, self._layer)
         return -angular_velocity_from_mrp(error, wanted)

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar, NamedTuple
 
-import numpy as np
-
 from ftac_gym.attitude import (
     angular_velocity_from_mrp,
     mrp_curvature,
@@ -14,7 +12,7 @@ from ftac_gym.attitude import (
     mrp_from_quaternion,
 )
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantLaw
-from ftac_gym.baselines.predefined_time import PredefinedTime
+from ftac_gym.baselines.predefined_time import PredefinedTime, PredefinedTimeSliding
 from ftac_gym.baselines.reaching import switching
 from ftac_gym.baselines.search import Range, SearchSpace
 from ftac_gym.measurement import Measurement
@@ -23,15 +21,12 @@ from ftac_gym.scenario import Scenario
 
 
 class _State(NamedTuple):
-    """Errors of the predefined-time law, each (N, 3), and the sliding variable."""
+    """Attitude, reference and error of the predefined-time law, each (N, 3)."""
 
     sigma: FloatArray
     sigma_rate: FloatArray
     error: FloatArray
     error_rate: FloatArray
-    gain: FloatArray
-    gain_slope: FloatArray
-    variable: FloatArray
     target: FloatArray
     target_rate: FloatArray | None
 
@@ -111,11 +106,11 @@ class PTC(FaultTolerantLaw):
         smallest_effectiveness: float = 0.05,
     ) -> None:
         super().__init__(scenario, num_craft, faults, observer, smallest_effectiveness)
-        fields = ("exponent", "time", "regularisation")
-        with fields_named(**{name: f"position_{name}" for name in fields}):
-            self._position = PredefinedTime(position_exponent, position_time, position_regularisation)
-        with fields_named(**{name: f"rate_{name}" for name in fields}):
-            self._rate = PredefinedTime(rate_exponent, rate_time, rate_regularisation)
+        with fields_named("position_"):
+            position = PredefinedTime(position_exponent, position_time, position_regularisation)
+        with fields_named("rate_"):
+            rate = PredefinedTime(rate_exponent, rate_time, rate_regularisation)
+        self._sliding = PredefinedTimeSliding(position, rate)
         self._switching_gain = non_negative(switching_gain, "switching_gain")
         known = ("torque", "acceleration")
         require(switching_form in known, "switching_form", f"must be one of {list(known)}", switching_form)
@@ -126,27 +121,23 @@ class PTC(FaultTolerantLaw):
     def _state(self, measurement: Measurement) -> _State:
         sigma, rate = mrp_from_quaternion(measurement.attitude), measurement.rate
         target = mrp_from_quaternion(measurement.reference_attitude)
-        error = sigma - target
         sigma_rate = error_rate = mrp_derivative(sigma, rate)
         target_rate = None
         if self._moving:
             target_rate = mrp_derivative(target, measurement.reference_rate)
             error_rate = sigma_rate - target_rate
-        gain, slope = self._position.gain_and_slope(0.5 * np.einsum("ni,ni->n", error, error)[:, None])
-        variable = error_rate + gain * error
-        return _State(sigma, sigma_rate, error, error_rate, gain, slope, variable, target, target_rate)
+        return _State(sigma, sigma_rate, sigma - target, error_rate, target, target_rate)
 
     def sliding_variable(self, measurement: Measurement) -> FloatArray:
         """Return s (N, 3) [1/s] at a measurement."""
-        return self._state(measurement).variable
+        state = self._state(measurement)
+        return self._sliding.variable(state.error, state.error_rate)
 
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m]."""
         rate = measurement.rate
-        sigma, sigma_rate, error, error_rate, gain, slope, variable, target, target_rate = self._state(measurement)
-        along = np.einsum("ni,ni->n", error, error_rate)[:, None]
-        reaching = self._rate.gain(0.5 * np.einsum("ni,ni->n", variable, variable)[:, None]) * variable
-        wanted = mrp_curvature(sigma, sigma_rate, rate) + gain * error_rate + (slope * along) * error + reaching
+        sigma, sigma_rate, error, error_rate, target, target_rate = self._state(measurement)
+        variable, wanted = self._sliding.demand(error, error_rate, mrp_curvature(sigma, sigma_rate, rate))
         if target_rate is not None:
             wanted -= mrp_curvature(target, target_rate, measurement.reference_rate)
             wanted -= mrp_derivative(target, measurement.reference_acceleration)

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from ftac_gym.attitude import cross, quaternion_error, rotate_to_body
 from ftac_gym.baselines.allocation import MinimaxAllocation, scale_to_limits
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantLaw
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter
+from ftac_gym.baselines.relative_motion import relative_motion
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray
 from ftac_gym.scenario import Scenario
@@ -67,24 +67,15 @@ class RelativeLaw(FaultTolerantLaw):
 
     def sliding_variable(self, measurement: Measurement) -> FloatArray:
         """Return s (N, 3) at a measurement, for its unfiltered attitude."""
-        error = quaternion_error(measurement.attitude, measurement.reference_attitude)
-        rate_error = measurement.rate
-        if self._moving:
-            rate_error = rate_error - rotate_to_body(error, measurement.reference_rate)
-        return self._variable(error[:, 1:] / (1.0 + error[:, :1]), rate_error)
+        motion = relative_motion(measurement.attitude, measurement, self._moving)
+        return self._variable(motion.error[:, 1:] / (1.0 + motion.error[:, :1]), motion.rate_error)
 
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m]."""
-        attitude = self._filter.update(measurement)
-        error = quaternion_error(attitude, measurement.reference_attitude)
-        rate_error = measurement.rate
+        motion = relative_motion(self._filter.update(measurement), measurement, self._moving)
+        acceleration = self._acceleration(motion.error[:, 1:] / (1.0 + motion.error[:, :1]), motion.rate_error)
         if self._moving:
-            reference_rate = rotate_to_body(error, measurement.reference_rate)
-            rate_error = rate_error - reference_rate
-        acceleration = self._acceleration(error[:, 1:] / (1.0 + error[:, :1]), rate_error)
-        if self._moving:
-            acceleration = acceleration + rotate_to_body(error, measurement.reference_acceleration)
-            acceleration -= cross(rate_error, reference_rate)
+            acceleration = acceleration + motion.feed_forward(measurement)
         torque = acceleration @ self._inertia
         torque += self._gyroscopic.torque(measurement.rate, measurement.wheel_momentum)
         estimate = self._faults.update(measurement)

@@ -6,9 +6,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from ftac_gym.attitude import quaternion_error, rotate_to_body
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantLaw
 from ftac_gym.baselines.observers.rate_predictor import RatePredictor
+from ftac_gym.baselines.relative_motion import relative_motion
 from ftac_gym.baselines.search import Range, SearchSpace
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, non_negative, positive, require
@@ -98,11 +98,9 @@ class ShenClass(FaultTolerantLaw):
 
     def sliding_variable(self, measurement: Measurement) -> FloatArray:
         """Return S (N, 3) [rad/s] at a measurement."""
-        error = quaternion_error(measurement.attitude, measurement.reference_attitude)
-        rate_error = measurement.rate
-        if self.scenario.reference.moving:
-            rate_error = rate_error - rotate_to_body(error, measurement.reference_rate)
-        variable: FloatArray = rate_error + self._surface_gain * np.arctan(self._surface_steepness * error[:, 1:])
+        motion = relative_motion(measurement.attitude, measurement, self.scenario.reference.moving)
+        bent = np.arctan(self._surface_steepness * motion.error[:, 1:])
+        variable: FloatArray = motion.rate_error + self._surface_gain * bent
         return variable
 
     def _monitored(self, measurement: Measurement) -> FloatArray:

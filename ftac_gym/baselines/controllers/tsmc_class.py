@@ -67,7 +67,7 @@ class TSMCClass(RelativeLaw):
     ) -> None:
         super().__init__(scenario, num_craft, faults, observer, attitude_filter_time)
         self._surface = FastTerminalSurface(linear, terminal, exponent, guard)
-        with fields_named(linear="reaching_linear", power_gain="reaching_power_gain", exponent="reaching_exponent"):
+        with fields_named("reaching_"):
             self._reaching = PowerReaching(reaching_linear, reaching_power_gain, reaching_exponent)
 
     def _variable(self, error: FloatArray, rate_error: FloatArray) -> FloatArray:

@@ -61,8 +61,7 @@ class ZhangZhou(FaultTolerantLaw):
     ) -> None:
         super().__init__(scenario, num_craft, faults, observer)
         self._layer = non_negative(layer, "layer")
-        fields = ("linear", "switching", "floor", "steepness", "power")
-        with fields_named(**{name: f"reaching_{name}" for name in fields}):
+        with fields_named("reaching_"):
             self._reaching = ExponentialReaching(
                 reaching_linear, reaching_switching, reaching_floor, reaching_steepness, reaching_power, layer
             )
@@ -70,8 +69,7 @@ class ZhangZhou(FaultTolerantLaw):
         self._auxiliary = None
         if anti_saturation is not None:
             to_acceleration = self._inverse_inertia @ self._axes_transposed.T
-            fields = ("gain", "decay", "smallest", "initial", "substeps")
-            with fields_named(**{name: f"anti_saturation.{name}" for name in fields}):
+            with fields_named("anti_saturation."):
                 self._auxiliary = AntiSaturation(self.memory, self._period, to_acceleration, **anti_saturation)
 
     def _command(self, measurement: Measurement, variable: FloatArray, acceleration: FloatArray) -> FloatArray:

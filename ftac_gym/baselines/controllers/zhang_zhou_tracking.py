@@ -25,10 +25,8 @@ from ftac_gym.scenario import Scenario
 class _State(NamedTuple):
     """Errors and feed-forward of the tracking law, each (N, 3)."""
 
-    sigma: FloatArray
     error: FloatArray
     error_rate: FloatArray
-    rate_error: FloatArray
     virtual_acceleration: FloatArray
     variable: FloatArray
     slope: FloatArray
@@ -158,9 +156,8 @@ class ZhangZhouTracking(ZhangZhou):
             wanted_change = -gain * error_rate
         virtual = angular_velocity_from_mrp(sigma, wanted)
         change = angular_velocity_from_mrp(sigma, wanted_change - mrp_curvature(sigma, sigma_rate, virtual))
-        rate_error = rate - virtual
         term, slope = self._surface(error)
-        return _State(sigma, error, error_rate, rate_error, change, rate_error + term, slope)
+        return _State(error, error_rate, change, rate - virtual + term, slope)
 
     def sliding_variable(self, measurement: Measurement) -> FloatArray:
         """Return s (N, 3) [rad/s] at a measurement."""
@@ -169,7 +166,7 @@ class ZhangZhouTracking(ZhangZhou):
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m]."""
         memory = self.memory
-        _, error, error_rate, _, change, variable, slope = self._state(measurement)
+        error, error_rate, change, variable, slope = self._state(measurement)
         # z1' + c z1 = G z2
         coupling = np.abs(np.einsum("ni,ni->n", error, error_rate + self._virtual_gain * error))[:, None]
         square = np.einsum("ni,ni->n", variable, variable)[:, None]

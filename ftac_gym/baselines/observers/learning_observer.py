@@ -80,10 +80,9 @@ class LearningObserver:
     ) -> None:
         craft = scenario.spacecraft
         wheels = craft.wheels.count
-        self._inertia = craft.inertia_matrix
         self._axes_transposed = craft.wheels.axis_matrix.T.copy()
         if isinstance(rate_gain, (int, float, np.number)):
-            self._rate_gain = positive(float(rate_gain), "rate_gain") * self._inertia
+            self._rate_gain = positive(float(rate_gain), "rate_gain") * craft.inertia_matrix
         else:
             self._rate_gain = np.diag([positive(value, "rate_gain") for value in rate_gain])
             require(self._rate_gain.shape == (3, 3), "rate_gain", "must be a number or three", rate_gain)

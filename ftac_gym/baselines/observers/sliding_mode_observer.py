@@ -100,10 +100,9 @@ class SlidingModeObserver:
         excitation_time: float = 2.0,
         excitation_threshold: float = 0.05,
     ) -> None:
-        self._rate_gain = positive(rate_gain, "rate_gain")
         self._effectiveness_gain = non_negative(effectiveness_gain, "effectiveness_gain")
         self._bias_gain = non_negative(bias_gain, "bias_gain")
-        self._rate_torque = self._rate_gain * scenario.spacecraft.inertia_matrix
+        self._rate_torque = positive(rate_gain, "rate_gain") * scenario.spacecraft.inertia_matrix
         self._barrier = positive(barrier, "barrier")
         self._barrier_torque = non_negative(barrier_torque, "barrier_torque")
         self._largest = non_negative(largest_switching, "largest_switching")
