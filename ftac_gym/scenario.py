@@ -24,9 +24,10 @@ from ftac_gym.initial_state import InitialState
 from ftac_gym.low_orbit import LowOrbitTorque
 from ftac_gym.objective import RewardWeights, SuccessCriterion
 from ftac_gym.parameters import FloatArray, positive, require
+from ftac_gym.prescribed_bound import PrescribedBound
 from ftac_gym.references import MRPSinusoid, RateProfile, Reference, SetPoints
 from ftac_gym.sensors import SENSOR, SensorErrors
-from ftac_gym.serialization import from_plain, to_plain
+from ftac_gym.serialization import LATER_PART, from_plain, to_plain
 from ftac_gym.spacecraft import Spacecraft
 from ftac_gym.wheels import WheelArray
 
@@ -72,6 +73,8 @@ class Scenario:
         Reward weights.
     success
         Success criterion.
+    prescribed_bound
+        Bounds that the attitude error shall keep to, by which every policy is measured; None for none.
 
     Raises
     ------
@@ -93,6 +96,7 @@ class Scenario:
     tumble_rate: float | None = None
     reward: RewardWeights = field(default_factory=RewardWeights)
     success: SuccessCriterion = field(default_factory=SuccessCriterion)
+    prescribed_bound: PrescribedBound | None = field(default=None, metadata=LATER_PART)
 
     def __post_init__(self) -> None:
         """Check the fields, each alone and together."""
@@ -298,7 +302,7 @@ _CLASSES: dict[str, type] = {
     for entry in (
         Scenario, Spacecraft, WheelArray, InitialState, SetPoints, MRPSinusoid, RateProfile, FaultDistribution,
         FaultSchedule, *KINDS, Friction, Disturbance, LowOrbitTorque, Harmonic, SensorErrors,
-        InertiaUncertainty, RewardWeights, SuccessCriterion,
+        InertiaUncertainty, RewardWeights, SuccessCriterion, PrescribedBound,
     )
 }  # fmt: skip
 
@@ -313,4 +317,5 @@ _FIELD_CLASSES: dict[str, tuple[type, ...]] = {
     "inertia_uncertainty": (InertiaUncertainty, type(None)),
     "reward": (RewardWeights,),
     "success": (SuccessCriterion,),
+    "prescribed_bound": (PrescribedBound, type(None)),
 }

@@ -8,11 +8,18 @@ from typing import Any
 
 TYPE_KEY = "type"
 
+LATER_PART = {"later part": True}
+"""Metadata of a field that is not written where it is None: what was written before it existed stays the same text."""
+
 
 def to_plain(value: Any) -> Any:
     """Turn a (nested) dataclass into dicts, lists, numbers, strings and None."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        fields = {field.name: to_plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        fields = {
+            field.name: to_plain(getattr(value, field.name))
+            for field in dataclasses.fields(value)
+            if not (field.metadata == LATER_PART and getattr(value, field.name) is None)
+        }
         return {TYPE_KEY: type(value).__name__, **fields}
     if isinstance(value, (tuple, list)):
         return [to_plain(item) for item in value]

@@ -9,11 +9,18 @@ from typing import Any
 
 from ftac_gym.baselines import tuned
 from ftac_gym.baselines.baseline import Baseline
+from ftac_gym.baselines.controllers.afntsmc import AFNTSMC
+from ftac_gym.baselines.controllers.chen_m1 import ChenM1
+from ftac_gym.baselines.controllers.chen_m2 import ChenM2
+from ftac_gym.baselines.controllers.chen_m3 import ChenM3
+from ftac_gym.baselines.controllers.hsfc import HSFC
 from ftac_gym.baselines.controllers.nftsm import NFTSM
 from ftac_gym.baselines.controllers.pd import PD, PDDisturbanceObserver
 from ftac_gym.baselines.controllers.predefined_time import PredefinedTimeLaw
+from ftac_gym.baselines.controllers.prescribed_performance import PrescribedPerformance
 from ftac_gym.baselines.controllers.ptc import PTC
 from ftac_gym.baselines.controllers.shen_class import ShenClass
+from ftac_gym.baselines.controllers.shopd_plus import SHOPDPlus
 from ftac_gym.baselines.controllers.tsmc_class import TSMCClass
 from ftac_gym.baselines.controllers.zhang_zhou_stabilisation import ZhangZhouStabilisation
 from ftac_gym.baselines.controllers.zhang_zhou_tracking import ZhangZhouTracking
@@ -68,6 +75,23 @@ _ENTRIES: dict[str, _Entry] = {
     "tsmc_class": _Entry(TSMCClass),
     "tsmc_class_oracle": _Entry(TSMCClass, {"faults": "oracle"}),
     "shen_class": _Entry(ShenClass),
+    "hsfc": _Entry(HSFC),
+    "hsfc_componentwise": _Entry(HSFC, {"compensation": "componentwise", "smallest_effectiveness": 0.6}),
+    # The gains of section 5.2, for healthy wheels, with a floor.
+    "hsfc_floor": _Entry(
+        HSFC, {"adaptation": 0.1, "smoothing": 0.01, "smallest_effectiveness": 1.0, "gamma_floor": 1.0}
+    ),
+    "afntsmc": _Entry(AFNTSMC),
+    "shopd_plus": _Entry(SHOPDPlus),
+    "shopd_plus_zero_filter": _Entry(SHOPDPlus, {"filter_start": "zero"}),
+    "chen_m1": _Entry(ChenM1),
+    # Without what a hold of 0.05 to 0.2 s cannot bear.
+    "chen_m1_sampled": _Entry(ChenM1, {"filter_substeps": 0, "rate_power_gain": 0.0, "rate_gain": 2.0}),
+    "chen_m2": _Entry(ChenM2),
+    "chen_m3": _Entry(ChenM3),
+    # tau and rho for a body of 350 kg m^2 instead of one of 10 to 20.
+    "chen_m3_scaled": _Entry(ChenM3, {"reaching_linear": 100.0, "reaching_power_gain": 10.0}),
+    "prescribed_performance": _Entry(PrescribedPerformance),
 }
 
 

@@ -1,4 +1,4 @@
-"""A radial basis function network that learns a torque from the body rate."""
+"""Gaussian nodes, and a radial basis function network that learns a torque from the body rate."""
 
 from __future__ import annotations
 
@@ -6,6 +6,38 @@ import numpy as np
 
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.parameters import FloatArray, non_negative, positive
+
+
+class GaussianNodes:
+    """exp(-|x - c_k|^2 / width^2) with centres c_k evenly on the diagonal.
+
+    Parameters
+    ----------
+    count
+        Number of nodes.
+    reach
+        Each coordinate of the last centre, and minus that of the first.
+    inputs
+        Number of inputs.
+    width
+        Width of each node.
+
+    Raises
+    ------
+    ValueError
+        If the width is not positive.
+    """
+
+    def __init__(self, count: int, reach: float, inputs: int, width: float) -> None:
+        self._centres = np.linspace(-reach, reach, count)[:, None] * np.ones(inputs)
+        self._squares = (self._centres**2).sum(axis=1)
+        self._scale = -1.0 / positive(width, "width") ** 2
+
+    def exponents(self, inputs: FloatArray) -> FloatArray:
+        """Return -|x - c_k|^2 / width^2 (N, count) for inputs (N, inputs)."""
+        squares = np.einsum("ni,ni->n", inputs, inputs)[:, None] - 2.0 * (inputs @ self._centres.T) + self._squares
+        exponents: FloatArray = self._scale * squares
+        return exponents
 
 
 class RadialBasisNetwork:
@@ -42,17 +74,14 @@ class RadialBasisNetwork:
         self._gain = non_negative(gain, "network_gain") * period
         self._memory = memory
         self._inverse_inertia = inverse_inertia
-        self._centres = np.linspace(-1.0, 1.0, nodes)[:, None] * np.ones(3)
-        self._squares = (self._centres**2).sum(axis=1)
-        self._scale = -1.0 / positive(width, "width") ** 2
+        self._nodes = GaussianNodes(nodes, 1.0, 3, width)
         memory.add("network_weights", (nodes, 3))
 
     def torque(self, rate: FloatArray, variable: FloatArray) -> FloatArray:
         """Return d^ (N, 3) [N m] at the rates w (N, 3) [rad/s], then learn from s (N, 3) [rad/s]."""
         if self._gain == 0.0:
             return np.zeros_like(rate)
-        squares = np.einsum("ni,ni->n", rate, rate)[:, None] - 2.0 * (rate @ self._centres.T) + self._squares
-        basis = np.exp(self._scale * squares)
+        basis = np.exp(self._nodes.exponents(rate))
         weights = self._memory["network_weights"]
         torque: FloatArray = np.einsum("nk,nki->ni", basis, weights)
         step = variable @ self._inverse_inertia

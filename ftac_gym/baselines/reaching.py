@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ftac_gym.baselines.surfaces import signed_power
 from ftac_gym.parameters import FloatArray, finite, non_negative, positive, require, within
 
 
@@ -17,6 +18,17 @@ def switching(variable: FloatArray, layer: float) -> FloatArray:
     """
     smooth: FloatArray = np.sign(variable) if layer == 0.0 else np.tanh(variable * (1.0 / layer))
     return smooth
+
+
+def saturation(variable: FloatArray, width: float) -> FloatArray:
+    """Return x / width, held within +-1: the saturation functions (43) and (54) of Ma et al. 2023.
+
+    A width of zero gives the sign.
+    """
+    if width == 0.0:
+        return np.sign(variable)
+    held: FloatArray = np.minimum(np.maximum(variable * (1.0 / width), -1.0), 1.0)
+    return held
 
 
 @dataclass(frozen=True)
@@ -73,7 +85,7 @@ class ExponentialReaching:
 
 @dataclass(frozen=True)
 class PowerReaching:
-    """s' = -k s - l sig(s)^a: finite-time reaching without a sign.
+    """s' = -k s - l sig(s)^a: finite-time reaching without a sign, per unit of acceleration or of torque.
 
     Parameters
     ----------
@@ -102,6 +114,5 @@ class PowerReaching:
 
     def __call__(self, variable: FloatArray) -> FloatArray:
         """Return the designed s' [rad/s^2] for s (N, 3) [rad/s]."""
-        power = np.copysign(np.abs(variable) ** self.exponent, variable)
-        rate: FloatArray = -self.linear * variable - self.power_gain * power
+        rate: FloatArray = -self.linear * variable - self.power_gain * signed_power(variable, self.exponent)
         return rate

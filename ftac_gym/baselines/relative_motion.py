@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ftac_gym.attitude import cross, quaternion_error, rotate_to_body
+from ftac_gym.attitude import cross, quaternion_conjugate, quaternion_error, quaternion_product, rotate_to_body
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray
 
@@ -16,7 +16,7 @@ class RelativeMotion:
     Attributes
     ----------
     error
-        q_e (N, 4), the short way.
+        q_e (N, 4), the short way, or with the sign that the two attitudes give it.
     rate_error
         w_e (N, 3), body axes [rad/s].
     reference_rate
@@ -34,7 +34,9 @@ class RelativeMotion:
         return turned - cross(self.rate_error, self.reference_rate)
 
 
-def relative_motion(attitude: FloatArray, measurement: Measurement, moving: bool) -> RelativeMotion:
+def relative_motion(
+    attitude: FloatArray, measurement: Measurement, moving: bool, short_way: bool = True
+) -> RelativeMotion:
     """Return the motion of craft with an attitude (N, 4), measured or filtered, and the measured rate.
 
     Parameters
@@ -45,8 +47,13 @@ def relative_motion(attitude: FloatArray, measurement: Measurement, moving: bool
         Where the rate and the reference come from.
     moving
         Whether the reference has a rate at all.
+    short_way
+        Whether q_e is the one of the two quaternions with q0 >= 0.
     """
-    error = quaternion_error(attitude, measurement.reference_attitude)
+    if short_way:
+        error = quaternion_error(attitude, measurement.reference_attitude)
+    else:
+        error = quaternion_product(quaternion_conjugate(measurement.reference_attitude), attitude)
     if not moving:
         return RelativeMotion(error, measurement.rate, None)
     reference_rate = rotate_to_body(error, measurement.reference_rate)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from ftac_gym.parameters import require
 from ftac_gym.scenario import Scenario
-from ftac_gym.scenarios import splits, zhang_zhou_2019
+from ftac_gym.scenarios import chen_2018, ma_2023, splits, zhang_zhou_2019
 from ftac_gym.scenarios.cao_2022 import cao_2022
 from ftac_gym.scenarios.flagship import flagship, flagship_tracking
 from ftac_gym.scenarios.shen_2019 import shen_2019
@@ -26,6 +26,10 @@ _BUILDERS: dict[str, Callable[[], Scenario]] = {
     "zhang_zhou_2019_feasible": zhang_zhou_2019.zhang_zhou_2019_feasible,
     "zhang_zhou_2019_stabilisation": zhang_zhou_2019.zhang_zhou_2019_stabilisation,
     "cao_2022": cao_2022,
+    "ma_2023_faulty": ma_2023.ma_2023_faulty,
+    "ma_2023_unwinding": ma_2023.ma_2023_unwinding,
+    "chen_2018": chen_2018.chen_2018,
+    "chen_2018_rate_torque": chen_2018.chen_2018_rate_torque,
 }
 
 __all__ = ["SPLITS", "get", "names"]

@@ -12,6 +12,7 @@ from ftac_gym.baselines.controllers.relative import RelativeLaw
 from ftac_gym.baselines.reaching import ExponentialReaching
 from ftac_gym.baselines.search import Range, SearchSpace
 from ftac_gym.baselines.surfaces import NonsingularTerminalSurface
+from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, non_negative, positive, require
 from ftac_gym.scenario import Scenario
 
@@ -89,12 +90,12 @@ class NFTSM(RelativeLaw):
         layer = positive(reaching_switching, "reaching_switching") / (rate_gain - reaching_linear)
         self._reaching = ExponentialReaching(reaching_linear, reaching_switching, layer=layer)
 
-    def _variable(self, error: FloatArray, rate_error: FloatArray) -> FloatArray:
+    def _variable(self, measurement: Measurement, error: FloatArray, rate_error: FloatArray) -> FloatArray:
         length = np.sqrt(np.einsum("ni,ni->n", error, error))[:, None]
         variable: FloatArray = rate_error + self._surface.profile(length)[0] * error
         return variable
 
-    def _acceleration(self, error: FloatArray, rate_error: FloatArray) -> FloatArray:
+    def _acceleration(self, measurement: Measurement, error: FloatArray, rate_error: FloatArray) -> FloatArray:
         square = np.einsum("ni,ni->n", error, error)[:, None]
         ratio, slope = self._surface.profile(np.sqrt(square))
         speed = mrp_derivative(error, rate_error)

@@ -10,6 +10,7 @@ from ftac_gym.baselines.controllers.relative import RelativeLaw
 from ftac_gym.baselines.predefined_time import PredefinedTime, PredefinedTimeSliding
 from ftac_gym.baselines.reaching import switching
 from ftac_gym.baselines.search import Range, SearchSpace
+from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, fields_named, non_negative, positive, require
 from ftac_gym.scenario import Scenario
 
@@ -87,10 +88,10 @@ class PredefinedTimeLaw(RelativeLaw):
         self._switching_gain = non_negative(switching_gain, "switching_gain")
         self._layer = max(10.0 * switching_gain / rate_gain, 1e-300)
 
-    def _variable(self, error: FloatArray, rate_error: FloatArray) -> FloatArray:
+    def _variable(self, measurement: Measurement, error: FloatArray, rate_error: FloatArray) -> FloatArray:
         return self._sliding.variable(error, mrp_derivative(error, rate_error))
 
-    def _acceleration(self, error: FloatArray, rate_error: FloatArray) -> FloatArray:
+    def _acceleration(self, measurement: Measurement, error: FloatArray, rate_error: FloatArray) -> FloatArray:
         speed = mrp_derivative(error, rate_error)
         variable, wanted = self._sliding.demand(error, speed, mrp_curvature(error, speed, rate_error))
         if self._switching_gain > 0.0:

@@ -12,10 +12,16 @@ from ftac_gym.baselines.allocation import MinimaxAllocation, scale_to_limits
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantLaw
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter
-from ftac_gym.baselines.relative_motion import relative_motion
+from ftac_gym.baselines.relative_motion import RelativeMotion, relative_motion
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray
 from ftac_gym.scenario import Scenario
+
+
+def _mrp(motion: RelativeMotion) -> FloatArray:
+    """Return sigma_e (N, 3)."""
+    error: FloatArray = motion.error[:, 1:] / (1.0 + motion.error[:, :1])
+    return error
 
 
 class RelativeLaw(FaultTolerantLaw):
@@ -58,22 +64,22 @@ class RelativeLaw(FaultTolerantLaw):
         self._filter = AttitudeFilter(scenario, self.memory, attitude_filter_time)
 
     @abstractmethod
-    def _variable(self, error: FloatArray, rate_error: FloatArray) -> FloatArray:
-        """Return s (N, 3) for sigma_e and w_e, each (N, 3)."""
+    def _variable(self, measurement: Measurement, error: FloatArray, rate_error: FloatArray) -> FloatArray:
+        """Return s (N, 3) for sigma_e and w_e, each (N, 3), without moving on."""
 
     @abstractmethod
-    def _acceleration(self, error: FloatArray, rate_error: FloatArray) -> FloatArray:
+    def _acceleration(self, measurement: Measurement, error: FloatArray, rate_error: FloatArray) -> FloatArray:
         """Return the wanted w_e' (N, 3) [rad/s^2] for sigma_e and w_e, each (N, 3)."""
 
     def sliding_variable(self, measurement: Measurement) -> FloatArray:
         """Return s (N, 3) at a measurement, for its unfiltered attitude."""
         motion = relative_motion(measurement.attitude, measurement, self._moving)
-        return self._variable(motion.error[:, 1:] / (1.0 + motion.error[:, :1]), motion.rate_error)
+        return self._variable(measurement, _mrp(motion), motion.rate_error)
 
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m]."""
         motion = relative_motion(self._filter.update(measurement), measurement, self._moving)
-        acceleration = self._acceleration(motion.error[:, 1:] / (1.0 + motion.error[:, :1]), motion.rate_error)
+        acceleration = self._acceleration(measurement, _mrp(motion), motion.rate_error)
         if self._moving:
             acceleration = acceleration + motion.feed_forward(measurement)
         torque = acceleration @ self._inertia

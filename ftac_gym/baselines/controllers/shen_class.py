@@ -6,12 +6,13 @@ from typing import ClassVar
 
 import numpy as np
 
+from ftac_gym.baselines.adaptation import LeakyAdaptation
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantLaw
 from ftac_gym.baselines.observers.rate_predictor import RatePredictor
 from ftac_gym.baselines.relative_motion import relative_motion
 from ftac_gym.baselines.search import Range, SearchSpace
 from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, non_negative, positive, require
+from ftac_gym.parameters import FloatArray, fields_named, non_negative, positive, require
 from ftac_gym.scenario import Scenario
 
 
@@ -86,14 +87,13 @@ class ShenClass(FaultTolerantLaw):
         self._gain = positive(gain, "gain")
         self._regularisation = positive(regularisation, "regularisation")
         self._smoothing = positive(smoothing, "smoothing")
-        self._forgetting = non_negative(forgetting, "forgetting") * self._period
-        self._adaptation = non_negative(adaptation, "adaptation") * self._period
+        with fields_named(gain="adaptation", leak="forgetting"):
+            self._bound = LeakyAdaptation(self.memory, "torque_bound", 1, adaptation, forgetting, self._period)
         self._monitor_gain = non_negative(monitor_gain, "monitor_gain")
         self._threshold = non_negative(monitor_threshold, "monitor_threshold")
         inverse = np.linalg.pinv(self._axes_transposed.T)
         self._norm = float(np.linalg.norm(inverse, 2))
         self._largest = float(self._torque_limits.min()) / self._norm
-        self.memory.add("torque_bound", (1,))
         self._monitor = RatePredictor(scenario, self.memory)
 
     def sliding_variable(self, measurement: Measurement) -> FloatArray:
@@ -119,12 +119,10 @@ class ShenClass(FaultTolerantLaw):
         speed_square = np.einsum("ni,ni->n", measurement.rate, measurement.rate)[:, None]
         growth = 1.0 + np.sqrt(speed_square) + speed_square
         soft = length + self._smoothing / growth
-        bound = self.memory["torque_bound"]
-        gain = self._gain + bound * growth / soft
+        gain = self._gain + self._bound.value * growth / soft
         if self._monitor_gain > 0.0:
             along = np.einsum("ni,ni->n", variable, self._monitored(measurement))[:, None]
             gain = gain + along / (square + self._regularisation**2)
-        change = self._adaptation * growth * square / soft - self._forgetting * bound
-        self.memory["torque_bound"] = bound + change
+        self._bound.update(growth * square / soft)
         torque = np.minimum(np.maximum(gain, 0.0), self._largest / np.maximum(length, 1e-300)) * -variable
         return self._limited(self._allocation(torque, None))

@@ -10,6 +10,7 @@ from ftac_gym.baselines.controllers.relative import RelativeLaw
 from ftac_gym.baselines.reaching import PowerReaching
 from ftac_gym.baselines.search import Range, SearchSpace
 from ftac_gym.baselines.surfaces import FastTerminalSurface
+from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, fields_named
 from ftac_gym.scenario import Scenario
 
@@ -70,9 +71,9 @@ class TSMCClass(RelativeLaw):
         with fields_named("reaching_"):
             self._reaching = PowerReaching(reaching_linear, reaching_power_gain, reaching_exponent)
 
-    def _variable(self, error: FloatArray, rate_error: FloatArray) -> FloatArray:
+    def _variable(self, measurement: Measurement, error: FloatArray, rate_error: FloatArray) -> FloatArray:
         return rate_error + self._surface(error)[0]
 
-    def _acceleration(self, error: FloatArray, rate_error: FloatArray) -> FloatArray:
+    def _acceleration(self, measurement: Measurement, error: FloatArray, rate_error: FloatArray) -> FloatArray:
         term, slope = self._surface(error)
         return self._reaching(rate_error + term) - slope * mrp_derivative(error, rate_error)

@@ -8,12 +8,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ftac_gym.attitude import mrp_derivative, mrp_from_quaternion, quaternion_error
+from ftac_gym.baselines.adaptation import LeakyAdaptation
 from ftac_gym.baselines.controllers.zhang_zhou import ZhangZhou
 from ftac_gym.baselines.reaching import switching
 from ftac_gym.baselines.search import Range, SearchSpace
 from ftac_gym.baselines.surfaces import signed_power
 from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, non_negative, require, within
+from ftac_gym.parameters import FloatArray, fields_named, non_negative, require, within
 from ftac_gym.scenario import Scenario
 
 
@@ -91,12 +92,14 @@ class ZhangZhouStabilisation(ZhangZhou):
         )  # fmt: skip
         self._linear, self._terminal = non_negative(linear, "linear"), non_negative(terminal, "terminal")
         self._exponent = within(exponent, 0.0, 1.0, "exponent")
-        self._rate_bound_gain = non_negative(rate_bound_gain, "rate_bound_gain") * self._period
+        with fields_named(gain="rate_bound_gain"):
+            self._rate_bound = LeakyAdaptation(self.memory, "rate_bound", 1, rate_bound_gain, 0.0, self._period)
         norms = np.linalg.norm(self._inverse_inertia, 2) * np.linalg.norm(self._axes_transposed, 2)
         self._norms = float(norms)
-        self._fault_bound_gain = non_negative(fault_bound_gain, "fault_bound_gain") * self._period * self._norms
-        self.memory.add("rate_bound", (1,))
-        self.memory.add("fault_bound", (1,))
+        with fields_named(gain="fault_bound_gain"):
+            self._fault_bound = LeakyAdaptation(
+                self.memory, "fault_bound", 1, fault_bound_gain, 0.0, self._period * self._norms
+            )
 
     def _variable(self, measurement: Measurement) -> tuple[FloatArray, FloatArray]:
         """Return sigma and s, each (N, 3)."""
@@ -110,13 +113,13 @@ class ZhangZhouStabilisation(ZhangZhou):
 
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m]."""
-        rate, memory = measurement.rate, self.memory
+        rate = measurement.rate
         error, variable = self._variable(measurement)
         speed = mrp_derivative(error, rate)
         turning = np.sqrt(np.einsum("ni,ni->n", speed, speed))[:, None]
         distance = np.sqrt(np.einsum("ni,ni->n", variable, variable))[:, None]
-        rate_bound, fault_bound = memory["rate_bound"], memory["fault_bound"]
-        robust = (rate_bound * turning + fault_bound * self._norms) * switching(variable, self._layer)
-        memory["rate_bound"] = rate_bound + self._rate_bound_gain * distance * turning
-        memory["fault_bound"] = fault_bound + self._fault_bound_gain * distance
+        largest = self._rate_bound.value * turning + self._fault_bound.value * self._norms
+        robust = largest * switching(variable, self._layer)
+        self._rate_bound.update(distance * turning)
+        self._fault_bound.update(distance)
         return self._command(measurement, variable, self._reaching(variable) - robust)

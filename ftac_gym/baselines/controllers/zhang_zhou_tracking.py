@@ -13,12 +13,13 @@ from ftac_gym.attitude import (
     mrp_derivative,
     mrp_from_quaternion,
 )
+from ftac_gym.baselines.adaptation import LeakyAdaptation
 from ftac_gym.baselines.controllers.zhang_zhou import ZhangZhou
 from ftac_gym.baselines.reaching import switching
 from ftac_gym.baselines.search import Range, SearchSpace
 from ftac_gym.baselines.surfaces import NonsingularTerminalSurface
 from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, finite, non_negative, positive, require
+from ftac_gym.parameters import FloatArray, fields_named, finite, non_negative, positive, require
 from ftac_gym.scenario import Scenario
 
 
@@ -125,7 +126,8 @@ class ZhangZhouTracking(ZhangZhou):
         self._surface = NonsingularTerminalSurface(linear, terminal, exponent, bound)
         self._linear = linear
         self._feed_forward = bool(feed_forward)
-        self._bound_gain = non_negative(bound_gain, "bound_gain") * self._period
+        with fields_named(gain="bound_gain"):
+            self._bound = LeakyAdaptation(self.memory, "bound", 1, bound_gain, 0.0, self._period)
         self._coupling_gain = non_negative(coupling_gain, "coupling_gain") * self._period
         rule = f"must exceed coupling_low = {coupling_low!r} > 0"
         above = finite(coupling_high, "coupling_high") > positive(coupling_low, "coupling_low")
@@ -139,7 +141,6 @@ class ZhangZhouTracking(ZhangZhou):
             initial_eta,
         )
         self._moving = scenario.reference.moving
-        self.memory.add("bound", (1,))
         self.memory.add("eta", (1,), initial=initial_eta)
 
     def _state(self, measurement: Measurement) -> _State:
@@ -170,7 +171,7 @@ class ZhangZhouTracking(ZhangZhou):
         # z1' + c z1 = G z2
         coupling = np.abs(np.einsum("ni,ni->n", error, error_rate + self._virtual_gain * error))[:, None]
         square = np.einsum("ni,ni->n", variable, variable)[:, None]
-        bound, eta = memory["bound"], memory["eta"]
+        eta = memory["eta"]
         share = coupling / (square + self._low)
         known = (slope if self._feed_forward else self._linear) * error_rate
         acceleration = (
@@ -178,9 +179,9 @@ class ZhangZhouTracking(ZhangZhou):
             + change
             - known
             - ((1.0 + eta) * share) * variable
-            - bound * switching(variable, self._layer)
+            - self._bound.value * switching(variable, self._layer)
         )
-        memory["bound"] = bound + self._bound_gain * np.sqrt(square)
+        self._bound.update(np.sqrt(square))
         eta = eta + self._coupling_gain / eta * (eta * square - self._high) * share
         memory["eta"] = np.maximum(eta, self._smallest_eta)
         return self._command(measurement, variable, acceleration)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from ftac_gym.baselines import Baseline
 from ftac_gym.dynamics import Simulator
 from ftac_gym.faults import fault_effect
 from ftac_gym.parameters import FloatArray
+from ftac_gym.prescribed_bound import PrescribedBound
 from ftac_gym.scenario import Scenario
 
 
@@ -31,6 +32,9 @@ class Plan:
         Gains that differ from its own.
     seed, craft
         Which episodes: the first ``craft`` ones of a seed.
+    flipped
+        Whether the quaternions at the start have the other sign, which is the same attitude: a law that tells the two
+        apart goes another way.
     """
 
     scenario: Scenario
@@ -38,6 +42,7 @@ class Plan:
     gains: Mapping[str, Any] = field(default_factory=dict)
     seed: int = 0
     craft: int = 1
+    flipped: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +101,25 @@ class Flight:
         """Return the largest error in the last ``window`` seconds [deg], of all craft."""
         return float(self.error[self.time >= self.time[-1] - window].max())
 
+    def energy(self, craft: int = 0) -> float:
+        """Return the integral of the squared torques that the wheels of a craft apply [N^2 m^2 s]."""
+        applied = self.true_effectiveness[:, craft] * self.command[:, craft] + self.true_bias[:, craft]
+        return float(np.sum(applied**2) * self.scenario.control_period)
+
+    def path_ratio(self) -> FloatArray:
+        """Return the angle turned over the shortest one, (N,), for a reference at rest."""
+        speed = np.linalg.norm(self.rate[1:], axis=2)
+        ratio: FloatArray = np.degrees(speed.sum(axis=0) * self.scenario.control_period) / self.error[0]
+        return ratio
+
+    def margin(self, bound: PrescribedBound, craft: int = 0) -> FloatArray:
+        """Return how far inside a bound a craft is, (T + 1,): the least share of its width; negative outside.
+
+        For a reference at the identity.
+        """
+        least: FloatArray = bound.margin(self.attitude[:, craft], self.time).min(axis=1)
+        return least
+
     def component_accuracy(self, window: float = 10.0) -> FloatArray:
         """Return the largest |sigma_i - sigma_d,i| of the last ``window`` seconds, (3,), as the angle 4 atan [deg]."""
         late = self.time >= self.time[-1] - window
@@ -127,7 +151,12 @@ def fly(plan: Plan) -> Flight:
     scenario, steps, craft = plan.scenario, plan.scenario.horizon, plan.craft
     simulator = Simulator(scenario, craft)
     law: Baseline = baselines.make(plan.law, scenario, craft, **plan.gains)
-    simulator.reset(scenario.draw(plan.seed, craft))
+    episodes = scenario.draw(plan.seed, craft)
+    if plan.flipped:
+        start = episodes.initial.copy()
+        start["attitude"] *= -1.0
+        episodes = replace(episodes, initial=start)
+    simulator.reset(episodes)
     wheels = scenario.spacecraft.wheels.count
     error, rate = np.empty((steps + 1, craft)), np.empty((steps + 1, craft, 3))
     attitude, reference = np.empty((steps + 1, craft, 4)), np.empty((steps + 1, craft, 4))

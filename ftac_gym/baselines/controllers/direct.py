@@ -1,0 +1,56 @@
+"""Laws that ask for a torque straight from the errors, without an estimate of the faults."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ftac_gym.baselines.allocation import MinimaxAllocation, scale_to_limits
+from ftac_gym.baselines.baseline import Baseline
+from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter
+from ftac_gym.baselines.relative_motion import RelativeMotion, relative_motion
+from ftac_gym.measurement import Measurement
+from ftac_gym.parameters import FloatArray
+from ftac_gym.scenario import Scenario
+
+
+class DirectLaw(Baseline):
+    """Attitude filter, errors and wheels of a law; the torque is the law's own.
+
+    Of three wheels each is limited by itself, as the papers have it. Redundant wheels get the command with the smallest
+    largest share and are scaled together at the limits, which keeps the direction of the torque.
+
+    Parameters
+    ----------
+    scenario, num_craft
+        As for every baseline.
+    attitude_filter_time
+        Time constant of the attitude filter [s]; zero uses the star tracker as it comes.
+
+    Raises
+    ------
+    ValueError
+        If a gain breaks a rule.
+    """
+
+    def __init__(self, scenario: Scenario, num_craft: int, attitude_filter_time: float) -> None:
+        super().__init__(scenario, num_craft)
+        craft = scenario.spacecraft
+        self._inertia = craft.inertia_matrix
+        self._period = scenario.control_period
+        self._moving = scenario.reference.moving
+        self._torque_limits = craft.wheels.torque_limits
+        self._redundant = craft.wheels.count > 3
+        self._minimax = MinimaxAllocation(craft.wheels)
+        self._filter = AttitudeFilter(scenario, self.memory, attitude_filter_time)
+
+    def _motion(self, attitude: FloatArray, measurement: Measurement, short_way: bool) -> RelativeMotion:
+        """Return the errors of craft with an attitude (N, 4), the short way or as the quaternions' signs have it."""
+        return relative_motion(attitude, measurement, self._moving, short_way)
+
+    def _to_wheels(self, torque: FloatArray) -> FloatArray:
+        """Return wheel torques (N, m) [N m] within the limits that give a torque (N, 3), as far as they can."""
+        command = self._minimax(torque)
+        if self._redundant:
+            return scale_to_limits(command, self._torque_limits)
+        limited: FloatArray = np.minimum(np.maximum(command, -self._torque_limits), self._torque_limits)
+        return limited

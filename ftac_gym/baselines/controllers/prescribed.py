@@ -1,0 +1,96 @@
+"""What laws with prescribed performance share: the bounds, each craft's start within them, the transformed error."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+
+from ftac_gym.baselines.error_transformation import ErrorTransformation, Transformed
+from ftac_gym.baselines.memory import Memory
+from ftac_gym.parameters import FloatArray, fields_named, require
+from ftac_gym.prescribed_bound import PrescribedBound
+from ftac_gym.scenario import Scenario
+
+
+class PrescribedError:
+    """The transformed attitude error of N craft, each of which must start within its bounds.
+
+    Parameters
+    ----------
+    scenario
+        The task; its ``prescribed_bound`` is the default.
+    memory
+        Where it is kept which craft has started, and which bounds are mirrored.
+    changes
+        Fields of the bound that differ from the task's, or, if that has none, from
+        :class:`~ftac_gym.prescribed_bound.PrescribedBound`'s own.
+    mirror
+        Whether a craft's bounds are exchanged, axis by axis, where its start has the sign of the narrower side.
+    margin
+        See :class:`~ftac_gym.baselines.error_transformation.ErrorTransformation`.
+
+    Raises
+    ------
+    ValueError
+        If a value breaks a rule.
+    """
+
+    def __init__(
+        self, scenario: Scenario, memory: Memory, changes: Mapping[str, Any] | None, mirror: bool, margin: float
+    ) -> None:
+        known = [item.name for item in fields(PrescribedBound)]
+        for name in changes or {}:
+            require(name in known, "bound", f"must have fields among {known}", name)
+        with fields_named("bound."):
+            self.bound = replace(scenario.prescribed_bound or PrescribedBound(), **(changes or {}))
+        self._transformation = ErrorTransformation(self.bound, margin)
+        self._mirror = bool(mirror)
+        self._memory = memory
+        memory.add("within_bounds", (1,), initial=False)
+        memory.add("mirrored", (3,), initial=False)
+
+    def peek(self, error: FloatArray, time: FloatArray) -> tuple[Transformed, FloatArray]:
+        """Return the transformed errors of MRPs (N, 3) at times (N,) [s], and where bounds are mirrored (N, 3).
+
+        Raises
+        ------
+        ValueError
+            If a craft that acts for the first time is outside its bounds.
+        """
+        fresh, mirrored = ~self._memory["within_bounds"], self._memory["mirrored"]
+        if fresh.any():
+            low, high = self.bound.bound(time)
+            if self._mirror:
+                mirrored = np.where(fresh, np.where(error < 0.0, -low < high, high < -low), mirrored)
+            new = fresh[:, 0]
+            lowest, highest = np.where(mirrored, -high, low), np.where(mirrored, -low, high)
+            _check_start(error[new], lowest[new], highest[new])
+        return self._transformation(error, time, mirrored if self._mirror else None), mirrored
+
+    def update(self, error: FloatArray, time: FloatArray) -> Transformed:
+        """Do the same, and remember that the craft have started."""
+        transformed, mirrored = self.peek(error, time)
+        if not self._memory["within_bounds"].all():
+            self._memory["within_bounds"] = np.ones_like(self._memory["within_bounds"])
+            self._memory["mirrored"] = mirrored
+        return transformed
+
+
+def _check_start(error: FloatArray, low: FloatArray, high: FloatArray) -> None:
+    """Raise a ValueError if an MRP (n, 3) is not between its bounds: which axis, by how much, and what would help."""
+    excess = np.maximum(low - error, error - high)
+    if (excess < 0.0).all():
+        return
+    row, axis = np.unravel_index(int(np.argmax(excess)), excess.shape)
+    value, lowest, highest = error[row], low[row], high[row]
+    axes = np.flatnonzero(excess[row] >= 0.0)
+    remedy = f"mirror=True, or bound.lower and bound.upper exchanged on axes {axes.tolist()}, would hold this start"
+    if not ((-highest < value) & (value < -lowest))[axes].all():
+        remedy = "mirrored bounds would not hold it either: bound.initial must be larger"
+    raise ValueError(
+        f"attitude at the start must be within its prescribed bound, ({lowest[axis]:.6g}, {highest[axis]:.6g}) for "
+        f"MRP axis {axis}, got {value[axis]:.6g}, outside by {excess[row, axis]:.3g}; {remedy}"
+    )
