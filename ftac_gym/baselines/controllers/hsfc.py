@@ -83,11 +83,11 @@ class HSFC(HybridLaw):
     """
 
     search_space: ClassVar[SearchSpace] = {
-        "gain": Range(0.02, 2.0, log=True),
+        "gain": Range(0.05, 10.0, log=True),
         "adaptation": Range(1e-4, 1.0, log=True),
         "smoothing": Range(1e-3, 0.9, log=True),
         "initial_gamma": Range(0.1, 2.5, log=True),
-        "gamma_floor": Range(0.05, 1.0, log=True),
+        "gamma_floor": Range(0.1, 1.5, log=True),
         "attitude_filter_time": Range(0.0, 5.0),
     }
 

@@ -58,11 +58,11 @@ class PrescribedPerformance(RelativeLaw):
     """
 
     search_space: ClassVar[SearchSpace] = {
-        "attitude_gain": Range(0.005, 0.5, log=True),
+        "attitude_gain": Range(0.01, 2.0, log=True),
         "rate_gain": Range(0.3, 8.0, log=True),
         "rate_power_gain": Range(1e-4, 0.1, log=True),
         "margin": Range(1e-4, 0.3, log=True),
-        "bound.initial": Range(1.05, 3.0, log=True),
+        "bound.initial": Range(1.05, 10.0, log=True),
         "bound.final": Range(1e-4, 0.3, log=True),
         "bound.decay": Range(0.01, 0.5, log=True),
         "attitude_filter_time": Range(0.1, 5.0),

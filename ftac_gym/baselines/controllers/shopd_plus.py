@@ -52,8 +52,8 @@ class SHOPDPlus(HybridLaw):
     """
 
     search_space: ClassVar[SearchSpace] = {
-        "gain": Range(0.05, 5.0, log=True),
-        "damping": Range(0.05, 5.0, log=True),
+        "gain": Range(0.05, 30.0, log=True),
+        "damping": Range(0.05, 30.0, log=True),
         "filter_rate": Range(0.05, 5.0, log=True),
         "filter_gain": Range(0.5, 100.0, log=True),
         "attitude_filter_time": Range(0.0, 5.0),
