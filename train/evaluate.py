@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
@@ -38,7 +38,7 @@ from ftac_gym.evaluation.agent import SHIPPED
 from ftac_gym.evaluation.gallery import fault_gallery
 from ftac_gym.evaluation.metrics import UNITS
 from ftac_gym.evaluation.plots import episode as draw_episode
-from ftac_gym.evaluation.plots import error_bands
+from ftac_gym.evaluation.plots import error_bands, prescribed_bound
 from ftac_gym.evaluation.tables import Cells, kind_table, markdown, metric_tables, split_table
 from ftac_gym.scenarios import SPLITS, frozen
 
@@ -59,6 +59,8 @@ class Config:
     """Further scenarios for the tables by split and by fault kind; none if given without names."""
     episodes: int = 500
     """Feasible episodes of each scenario; the infeasible ones drawn on the way are flown too and counted apart."""
+    count_infeasible: bool = False
+    """Count every episode as feasible: the label is cautious, and some papers' examples do not get it."""
     seed: int | None = None
     """Seed of the episodes; by default the frozen lists of the flagship's splits, and 10000 for other scenarios."""
     detail: int | None = None
@@ -112,13 +114,17 @@ def gains_used(config: Config) -> str:
 
 def draw(config: Config, name: str) -> Episodes:
     """Return the episodes of a scenario."""
+    if config.count_infeasible:
+        seed = frozen.FIRST_SEED if config.seed is None else config.seed
+        episodes = scenarios.get(name).draw(seed, config.episodes)
+        return replace(episodes, feasible=np.ones_like(episodes.feasible))
     try:
         if config.seed is None and name in SPLITS:
             return frozen.load(name, config.episodes)
         seed = frozen.FIRST_SEED if config.seed is None else config.seed
         return frozen.draw_feasible(scenarios.get(name), seed, config.episodes)
     except ValueError as error:
-        raise SystemExit(f"--episodes: {error}") from None
+        raise SystemExit(f"--episodes: {error}; --count-infeasible counts every episode") from None
 
 
 def run(
@@ -200,7 +206,9 @@ def main(config: Config) -> None:
         raise SystemExit(f"--detail: {config.detail} is none of the {len(episodes)} episodes")
     folder = config.reports / config.scenario
     folder.mkdir(parents=True, exist_ok=True)
-    source = "frozen" if config.seed is None else f"seed {config.seed}"
+    source = (
+        "frozen" if config.seed is None and not config.count_infeasible else f"seed {config.seed or frozen.FIRST_SEED}"
+    )
     lists = [
         f"{name}: {len(item)} episodes ({source}), {int(item.feasible.sum())} of them feasible, "
         f"digest {item.digest()[:12]}"
@@ -235,6 +243,9 @@ def main(config: Config) -> None:
     detail = config.detail if config.detail is not None else interesting(chosen, episodes)
     histories = {name: rollout(scenario, policy, episodes[detail]) for name, policy in flown.items()}
     draw_episode(histories).savefig(folder / "episode.png", dpi=110)
+    bounded = scenario.prescribed_bound is not None
+    if bounded:
+        prescribed_bound(histories).savefig(folder / "prescribed_bound.png", dpi=110)
     fault_gallery(scenario, flown[config.reference]).savefig(folder / "fault_kinds.png", dpi=80)
     report = [
         f"# {config.scenario}: {', '.join(config.policies)}",
@@ -245,11 +256,12 @@ def main(config: Config) -> None:
         "![error bands](error_bands.png)",
         f"## Episode {detail}",
         "![episode](episode.png)",
+        *(["![prescribed bound](prescribed_bound.png)"] if bounded else []),
         f"## Every fault kind under {config.reference}",
         "![fault kinds](fault_kinds.png)",
     ]
     (folder / "report.md").write_text("\n\n".join(report) + "\n")
-    pictures = "error_bands.png, episode.png, fault_kinds.png"
+    pictures = f"error_bands.png, episode.png, {'prescribed_bound.png, ' if bounded else ''}fault_kinds.png"
     console.print(f"wrote {folder}/report.md, {pictures}, and episodes.csv and summary.csv for each scenario")
 
 

@@ -6,6 +6,8 @@ Examples
 --------
     python train/reproduce.py --paper zhang_zhou_2019
     python train/reproduce.py --paper cao_2022
+    python train/reproduce.py --paper ma_2023
+    python train/reproduce.py --paper chen_2018
 """
 
 from __future__ import annotations
@@ -32,7 +34,7 @@ class Config:
     """What to reproduce."""
 
     paper: str
-    """The paper: zhang_zhou_2019 or cao_2022."""
+    """The paper: zhang_zhou_2019, cao_2022, ma_2023 or chen_2018."""
     output: Path = Path("results")
     """Folder for the report; the paper has a folder in it."""
     workers: int = 2

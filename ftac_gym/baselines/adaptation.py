@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ftac_gym.baselines.memory import Memory
-from ftac_gym.parameters import FloatArray, finite, non_negative
+from ftac_gym.parameters import FloatArray, non_negative
 
 
 class LeakyAdaptation:
@@ -43,7 +43,7 @@ class LeakyAdaptation:
         if self._leak > 1.0:
             raise ValueError(f"leak must be at most one over the control period, {1.0 / period!r} 1/s, got {leak!r}")
         self._memory, self._name = memory, name
-        memory.add(name, (columns,), initial=finite(initial, "initial"))
+        memory.add(name, (columns,), initial=non_negative(initial, "initial"))
 
     @property
     def value(self) -> FloatArray:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 import ftac_gym
 from ftac_gym.episodes import Episodes
-from ftac_gym.evaluation.metrics import Metrics
+from ftac_gym.evaluation.metrics import SHARES, Metrics
 from ftac_gym.evaluation.rollout import resolve_policy, rollout
 from ftac_gym.evaluation.statistics import Estimate, estimate, interquartile_mean, mean, paired_difference
 from ftac_gym.faults import FaultKind
@@ -124,8 +124,10 @@ TABLE_METRICS = (
     "recovery_time",
     "energy",
     "chatter",
+    "bound_kept",
+    "bound_margin",
 )
-"""Metrics of the table; the mean for success, the interquartile mean for the others."""
+"""Metrics of the table, as far as the scenario has them; the mean of shares, the interquartile mean of the others."""
 
 
 def compare(evaluations: list[Evaluation], reference: str, chosen: npt.NDArray[np.bool_]) -> list[Row]:
@@ -150,10 +152,12 @@ def compare(evaluations: list[Evaluation], reference: str, chosen: npt.NDArray[n
         raise ValueError(f"reference must be one of {sorted(by_name)}, got {reference!r}")
     base = by_name[reference].metrics
     rows = []
+    bounded = not np.isnan(base["bound_kept"]).all()
+    metrics = [metric for metric in TABLE_METRICS if bounded or not metric.startswith("bound_")]
     for evaluation in evaluations:
         estimates, differences = {}, {}
-        for metric in TABLE_METRICS:
-            statistic = mean if metric == "success" else interquartile_mean
+        for metric in metrics:
+            statistic = mean if metric in SHARES else interquartile_mean
             values = evaluation.metrics[metric][chosen]
             estimates[metric] = estimate(values, statistic)
             if evaluation.policy != reference:

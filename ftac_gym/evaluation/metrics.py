@@ -15,8 +15,11 @@ if TYPE_CHECKING:
 
 Metrics = dict[str, FloatArray]
 
-HIGHER_IS_BETTER = frozenset({"success", "return"})
+HIGHER_IS_BETTER = frozenset({"success", "return", "bound_kept", "bound_margin"})
 """Metrics that a good policy makes large; all others it makes small."""
+
+SHARES = frozenset({"success", "bound_kept"})
+"""Metrics that are one or nothing: their mean is a share of the episodes."""
 
 UNITS: dict[str, str] = {
     "success": "share",
@@ -30,6 +33,8 @@ UNITS: dict[str, str] = {
     "chatter": "N m/s",
     "saturation": "share",
     "path_ratio": "-",
+    "bound_kept": "share",
+    "bound_margin": "-",
     "return": "-",
 }
 """Unit of each metric, in the order of tables."""
@@ -52,6 +57,8 @@ def episode_metrics(history: Rollout) -> Metrics:
     ``chatter``           total variation of the wheel commands, summed over wheels, per second
     ``saturation``        share of wheel commands at their limit
     ``path_ratio``        integral of the rate error over the initial angle: 1 is the shortest way
+    ``bound_kept``        1 if the error stayed within the scenario's prescribed bound, else 0; NaN if it has none
+    ``bound_margin``      least distance to a bound, in units of that between the two; negative outside; NaN likewise
     ``return``            sum of the rewards: what agents are trained for
     ===================== ==========================================================================================
 
@@ -78,6 +85,10 @@ def episode_metrics(history: Rollout) -> Metrics:
     recovery = np.maximum(np.minimum(settled, steps) - struck, 0) * period
     limits = scenario.spacecraft.wheels.torque_limits
     changes = np.abs(np.diff(history.command, axis=0)).sum(axis=(0, 2))
+    margin = np.full(error.shape[1], np.nan)
+    if scenario.prescribed_bound is not None:
+        inside = scenario.prescribed_bound.margin(history.error_mrp, history.time[:, None])
+        margin = inside.min(axis=(0, 2))
     return {
         "success": (on_target[-hold:].all(axis=0) & (hold <= steps)).astype(np.float64),
         "settling_time": np.minimum(settled, steps) * period,
@@ -90,6 +101,8 @@ def episode_metrics(history: Rollout) -> Metrics:
         "chatter": changes / (steps * period),
         "saturation": np.mean(np.abs(history.command) >= limits * (1.0 - 1e-9), axis=(0, 2)),
         "path_ratio": rate_error[1:].sum(axis=0) * period / np.maximum(error[0], 1e-3),
+        "bound_kept": np.where(np.isnan(margin), np.nan, margin > 0.0),
+        "bound_margin": margin,
         "return": history.reward.sum(axis=0),
     }
 
@@ -103,10 +116,10 @@ def _settled_from(on_target: npt.NDArray[np.bool_]) -> npt.NDArray[np.int64]:
 
 
 def summarize(metrics: Metrics) -> dict[str, float]:
-    """Return the mean of success and the median of every other metric, ignoring NaN."""
+    """Return the mean of shares and the median of every other metric, ignoring NaN."""
     summary = {}
     for name, values in metrics.items():
         known = values[~np.isnan(values)]
-        middle = np.mean if name == "success" else np.median
+        middle = np.mean if name in SHARES else np.median
         summary[name] = float(middle(known)) if known.size else float("nan")
     return summary

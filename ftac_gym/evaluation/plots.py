@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from ftac_gym.evaluation.compare import Evaluation
 from ftac_gym.evaluation.rollout import Rollout
 from ftac_gym.faults import FaultKind, fault_effect
+from ftac_gym.parameters import require
 
 # Okabe and Ito's colours, which the colour-blind can tell apart.
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -102,6 +103,47 @@ def episode(histories: Mapping[str, Rollout]) -> Figure:
     for panel in panels:
         panel.grid(alpha=0.3)
         panel.set_xlim(0.0, first.time[-1])
+    return figure
+
+
+def prescribed_bound(histories: Mapping[str, Rollout]) -> Figure:
+    """Draw the attitude error of rollouts axis by axis, with the bounds that their scenario prescribes.
+
+    Parameters
+    ----------
+    histories
+        Rollouts of the same single episode, by policy.
+
+    Raises
+    ------
+    ValueError
+        If the scenario prescribes no bound.
+    """
+    first = next(iter(histories.values()))
+    bound = first.scenario.prescribed_bound
+    require(bound is not None, "prescribed_bound", "must be given by the scenario", first.scenario.name)
+    assert bound is not None
+    low, high = bound.bound(first.time)
+    figure = Figure(figsize=(12.0, 6.0), layout="constrained")
+    panels = figure.subplots(2, 3, sharex=True)
+    late = first.time >= 0.5 * first.time[-1]
+    for axis in range(3):
+        for row, shown in enumerate((np.ones_like(late), late)):
+            panel: Axes = panels[row, axis]
+            for (name, history), color in zip(histories.items(), cycle(COLORS), strict=False):
+                panel.plot(history.time[shown], history.error_mrp[shown, 0, axis], color=color, label=name)
+            for edge in (low, high):
+                panel.plot(first.time[shown], edge[shown, axis], color="black", linestyle=":", linewidth=1.0)
+            panel.grid(alpha=0.3)
+            if row:
+                panel.set_xlabel("time [s]")
+                # The bounds are what is looked at here: a policy far outside is cut off.
+                span = float(high[late, axis][0] - low[late, axis][0])
+                panel.set_ylim(low[late, axis][0] - 0.5 * span, high[late, axis][0] + 0.5 * span)
+        panels[0, axis].set_title(rf"$\sigma_{axis + 1}$")
+    panels[0, 0].set_ylabel("attitude error, MRP [-]")
+    panels[1, 0].set_ylabel("the second half, enlarged")
+    panels[0, 0].legend(fontsize=8)
     return figure
 
 

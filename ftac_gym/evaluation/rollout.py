@@ -13,6 +13,7 @@ import numpy as np
 from gymnasium.vector import VectorEnv
 
 from ftac_gym import baselines, scenarios
+from ftac_gym.attitude import mrp_from_quaternion, quaternion_error
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.episodes import Episodes
 from ftac_gym.evaluation.metrics import Metrics, episode_metrics
@@ -98,6 +99,8 @@ class Rollout:
         (T + 1, N) magnitude of the rate error [rad/s].
     attitude
         (T + 1, N, 4) quaternions.
+    reference_attitude
+        (T + 1, N, 4) quaternions of the reference.
     rate
         (T + 1, N, 3) body rates [rad/s].
     wheel_momentum
@@ -116,11 +119,17 @@ class Rollout:
     attitude_error: FloatArray
     rate_error: FloatArray
     attitude: FloatArray
+    reference_attitude: FloatArray
     rate: FloatArray
     wheel_momentum: FloatArray
     command: FloatArray
     applied_torque: FloatArray
     reward: FloatArray
+
+    @property
+    def error_mrp(self) -> FloatArray:
+        """MRP of the attitude error, (T + 1, N, 3), short branch."""
+        return mrp_from_quaternion(quaternion_error(self.attitude, self.reference_attitude))
 
     def metrics(self) -> Metrics:
         """Evaluate every episode."""
@@ -204,12 +213,14 @@ def rollout(
     craft, wheels = len(drawn), task.spacecraft.wheels.count
     error, rate_error = np.empty((steps + 1, craft)), np.empty((steps + 1, craft))
     attitude, rate = np.empty((steps + 1, craft, 4)), np.empty((steps + 1, craft, 3))
+    reference_attitude = np.empty((steps + 1, craft, 4))
     momentum, command = np.empty((steps + 1, craft, wheels)), np.empty((steps, craft, wheels))
     rewards = np.empty((steps, craft))
 
     def record(step: int) -> None:
         error[step], rate_error[step] = truth.attitude_error, truth.rate_error
         attitude[step], rate[step] = simulator.state.attitude, simulator.state.rate
+        reference_attitude[step] = simulator.reference_attitude
         momentum[step] = simulator.state.wheel_momentum
 
     observation, _ = wrapped.reset(options={"episodes": drawn})
@@ -228,6 +239,7 @@ def rollout(
         attitude_error=error,
         rate_error=rate_error,
         attitude=attitude,
+        reference_attitude=reference_attitude,
         rate=rate,
         wheel_momentum=momentum,
         command=command,

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ftac_gym.episodes import Episodes
-from ftac_gym.evaluation.compare import TABLE_METRICS, Evaluation, Row, fault_classes
+from ftac_gym.evaluation.compare import Evaluation, Row, fault_classes
 from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, UNITS
 from ftac_gym.evaluation.statistics import Estimate
 
@@ -35,13 +35,14 @@ def verdict(metric: str, difference: Estimate) -> str:
 
 def metric_tables(rows: Sequence[Row], reference: str) -> tuple[Cells, Cells]:
     """Return the table of estimates and that of paired differences to a reference: metrics down, policies across."""
-    heading = [f"{metric.replace('_', ' ')} [{UNITS[metric]}]" for metric in TABLE_METRICS]
+    metrics = list(rows[0].estimates)
+    heading = [f"{metric.replace('_', ' ')} [{UNITS[metric]}]" for metric in metrics]
     estimates = [["policy", *heading]]
     differences = [[f"minus {reference}", *heading]]
     for row in rows:
-        estimates.append([row.policy, *(number(row.estimates[metric]) for metric in TABLE_METRICS)])
+        estimates.append([row.policy, *(number(row.estimates[metric]) for metric in metrics)])
         if row.differences:
-            differences.append([row.policy, *(verdict(metric, row.differences[metric]) for metric in TABLE_METRICS)])
+            differences.append([row.policy, *(verdict(metric, row.differences[metric]) for metric in metrics)])
     return transposed(estimates), transposed(differences)
 
 

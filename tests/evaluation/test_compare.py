@@ -139,6 +139,20 @@ def test_a_policy_without_fingerprint_is_always_run(small_batches, tmp_path):
     assert small_batches == [3, 3, 1] * 2 and list(tmp_path.iterdir()) == []
 
 
+def test_bounds_stand_in_the_table_only_where_the_scenario_has_them():
+    everyone = np.ones(60, dtype=bool)
+    free = [synthetic("new", 0.5), synthetic("old", 0.0)]
+    for item in free:
+        for metric in ("bound_kept", "bound_margin"):
+            item.metrics[metric] = np.full(60, np.nan)
+    (row, _) = compare(free, "old", everyone)
+    assert not {"bound_kept", "bound_margin"} & set(row.estimates)
+    kept = np.arange(60) < 45
+    bound = [synthetic("new", 0.5), synthetic("old", 0.0)]
+    bound[0].metrics["bound_kept"] = kept.astype(float)
+    assert compare(bound, "old", everyone)[0].estimates["bound_kept"].value == 0.75  # a share: the mean
+
+
 def synthetic(name, shift, count=60):
     """Return an evaluation whose metrics share their luck with all others."""
     luck = np.random.default_rng(0).exponential(5.0, count)

@@ -19,6 +19,10 @@ COMPENSATIONS = ("norm", "componentwise", "sliding")
 """Forms of the fault term: as printed; with each component's own |u1_i|; along S instead of w_e."""
 
 
+SMALLEST_GAMMA = 1e-100
+"""Its square is still a number, and S / (|S| + g^2 delta) zero where S is, instead of 0 / 0."""
+
+
 class _Errors(NamedTuple):
     """h e_v, w_e and S (N, 3), h e_4 (N, 1)."""
 
@@ -45,7 +49,7 @@ class HSFC(HybridLaw):
     (1 - g0)/g0 |u1| > |u1_i|: the body then creeps with rates within the layer. ``"componentwise"`` takes |u1_i|, with
     which the bound (21) is right, too; ``"sliding"`` takes sat(S_i / layer) for sat(w_e,i / layer).
 
-    g stays positive: a step of g' over the control period is exact for measurements that are held, g exp(T g'/g).
+    g stays positive, above 1e-100 in numbers: a step of g' over the control period is exact for measurements that are held, g exp(T g'/g).
     Nothing keeps g from going to zero, and with it the wish to turn at all: V of the paper's proof vanishes for g = 0,
     w_e = 0 and any attitude. ``gamma_floor`` is the one line that mends this.
 
@@ -119,7 +123,7 @@ class HSFC(HybridLaw):
         self._share = (1.0 - effectiveness) / effectiveness
         self._compensation = compensation
         self._layer = non_negative(layer, "layer")
-        self._floor = non_negative(gamma_floor, "gamma_floor")
+        self._floor = max(non_negative(gamma_floor, "gamma_floor"), SMALLEST_GAMMA)
         start = max(positive(initial_gamma, "initial_gamma"), self._floor)
         self.memory.add("gamma", (1,), initial=start)
 

@@ -81,14 +81,17 @@ class SHOPDPlus(HybridLaw):
         self.memory.add("filter_started", (1,), initial=not self._matched)
 
     def torque_bound(self, rate: float = 0.0, acceleration: float = 0.0) -> float:
-        """Return what no component of the torque exceeds [N m]: k4 + sqrt(3) k5 + J_M (c1^2 + c2).
+        """Return what no component of the torque exceeds [N m]: sqrt(k4^2 + 3 k5^2) + J_M (c1^2 + c2).
+
+        The second term is at most k5 sqrt(3) sqrt(1 - e_i^2), since the rows of (e_4 I + [e_v x])' have the length
+        sqrt(1 - e_i^2) and no component of sat exceeds one.
 
         Parameters
         ----------
         rate, acceleration
             c1 [rad/s] and c2 [rad/s^2], the largest magnitudes of the reference's rate and acceleration.
         """
-        return self._gain + math.sqrt(3.0) * self._damping + self._feed_forward_bound(rate, acceleration)
+        return math.hypot(self._gain, math.sqrt(3.0) * self._damping) + self._feed_forward_bound(rate, acceleration)
 
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m]."""

@@ -44,11 +44,13 @@ def test_every_claim_has_a_verdict_and_numbers(reproduced):
 
 
 def test_tables_are_rectangular_and_figures_are_drawn(reproduced):
-    _, result = reproduced
+    name, result = reproduced
     for title, cells in result.studies.items():
         assert len(cells) > 1, title
         assert {len(row) for row in cells} == {len(cells[0])}, title
-    assert {"attitude", "torque", "estimates", "schemes"} <= set(result.figures)
+    assert {"attitude", "torque", "schemes"} <= set(result.figures)
+    # The other papers have no observers.
+    assert ("estimates" in result.figures) == (name in ("cao_2022", "zhang_zhou_2019"))
     for figure in result.figures.values():
         assert all(panel.lines or panel.texts for panel in figure.axes)
 
