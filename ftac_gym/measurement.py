@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 import numpy.typing as npt
@@ -51,6 +51,12 @@ class Measurement:
     reference_rate: FloatArray
     reference_acceleration: FloatArray
     truth: FaultEffect | None = None
+
+    def take(self, rows: npt.NDArray[np.intp]) -> Measurement:
+        """Return the measurement of some craft, by their numbers (n,)."""
+        arrays = {item.name: getattr(self, item.name)[rows] for item in fields(self) if item.name != "truth"}
+        truth = None if self.truth is None else FaultEffect._make(array[rows] for array in self.truth)
+        return Measurement(**arrays, truth=truth)
 
     def __len__(self) -> int:
         """Number of craft N."""

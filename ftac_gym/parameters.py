@@ -76,6 +76,13 @@ def non_negative(value: float, field: str) -> float:
     return number
 
 
+def whole(value: int, least: int, field: str) -> int:
+    """Return the value as an int; raise a ValueError unless it is a whole number that is not below the least one."""
+    integer = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    require(integer and value >= least, field, f"must be a whole number, {least} or more", value)
+    return int(value)
+
+
 def vector(values: Sequence[float], length: int, field: str) -> Vector:
     """Return the values as a tuple of floats; raise a ValueError unless there are ``length`` finite numbers."""
     try:

@@ -37,7 +37,7 @@ class PrescribedBound:
     lower, upper
         Final factors of the axes, q/p and b/a in the paper.
     initial_factor
-        delta(0) of every factor; None keeps the factors at their final values.
+        delta(0) of every factor, not below their final values; None keeps the factors at these.
     factor_decay
         p = a [1/s].
 
@@ -68,6 +68,9 @@ class PrescribedBound:
             object.__setattr__(self, name, factors)
         if self.initial_factor is not None:
             object.__setattr__(self, "initial_factor", positive(self.initial_factor, "initial_factor"))
+            largest = max(*self.lower, *self.upper)
+            rule = f"must not be below the final factors, of which the largest is {largest!r}"
+            require(self.initial_factor >= largest, "initial_factor", rule, self.initial_factor)
 
     def rho(self, time: npt.ArrayLike) -> FloatArray:
         """Return rho at times of any shape [s]."""

@@ -114,17 +114,21 @@ def gains_used(config: Config) -> str:
 
 def draw(config: Config, name: str) -> Episodes:
     """Return the episodes of a scenario."""
-    if config.count_infeasible:
-        seed = frozen.FIRST_SEED if config.seed is None else config.seed
-        episodes = scenarios.get(name).draw(seed, config.episodes)
-        return replace(episodes, feasible=np.ones_like(episodes.feasible))
     try:
+        if config.count_infeasible:
+            return scenarios.get(name).draw(frozen.FIRST_SEED if config.seed is None else config.seed, config.episodes)
         if config.seed is None and name in SPLITS:
             return frozen.load(name, config.episodes)
         seed = frozen.FIRST_SEED if config.seed is None else config.seed
         return frozen.draw_feasible(scenarios.get(name), seed, config.episodes)
     except ValueError as error:
-        raise SystemExit(f"--episodes: {error}; --count-infeasible counts every episode") from None
+        hint = " (--count-infeasible counts them all)" if "feasible episodes" in str(error) else ""
+        raise SystemExit(f"--episodes: {error}{hint}") from None
+
+
+def counted(config: Config, episodes: Episodes) -> Episodes:
+    """Return the episodes as the tables shall count them."""
+    return replace(episodes, feasible=np.ones_like(episodes.feasible)) if config.count_infeasible else episodes
 
 
 def run(
@@ -206,9 +210,8 @@ def main(config: Config) -> None:
         raise SystemExit(f"--detail: {config.detail} is none of the {len(episodes)} episodes")
     folder = config.reports / config.scenario
     folder.mkdir(parents=True, exist_ok=True)
-    source = (
-        "frozen" if config.seed is None and not config.count_infeasible else f"seed {config.seed or frozen.FIRST_SEED}"
-    )
+    first = frozen.FIRST_SEED if config.seed is None else config.seed
+    source = "frozen" if config.seed is None and not config.count_infeasible else f"seed {first}"
     lists = [
         f"{name}: {len(item)} episodes ({source}), {int(item.feasible.sum())} of them feasible, "
         f"digest {item.digest()[:12]}"
@@ -218,15 +221,17 @@ def main(config: Config) -> None:
     console.print("\n".join(lists))
     evaluations = run(config, flown, drawn, console)
     console.print("bootstrap intervals ...")
-    rows = {name: compare(items, config.reference, drawn[name].feasible) for name, items in evaluations.items()}
+    shown = {name: counted(config, item) for name, item in drawn.items()}
+    rows = {name: compare(items, config.reference, shown[name].feasible) for name, items in evaluations.items()}
+    which = "all" if config.count_infeasible else "feasible"
     estimates, differences = metric_tables(rows[config.scenario], config.reference)
     tables = {
-        f"{config.scenario}, feasible episodes: mean of success, interquartile mean of the rest, 95 % intervals": (
+        f"{config.scenario}, {which} episodes: mean of success, interquartile mean of the rest, 95 % intervals": (
             estimates
         ),
         f"mean paired difference to {config.reference}, 95 % intervals": differences,
-        "by split, feasible episodes: success, settling time, integrated error": split_table(rows, drawn),
-        "by what is wrong: mean success, median settling time": kind_table(evaluations, drawn),
+        f"by split, {which} episodes: success, settling time, integrated error": split_table(rows, shown),
+        "by what is wrong: mean success, median settling time": kind_table(evaluations, shown),
     }
     wide = Console(width=max(console.width, 130))
     for title, cells in tables.items():
@@ -238,7 +243,7 @@ def main(config: Config) -> None:
 
     console.print("figures ...")
     cone, chosen = float(np.degrees(scenario.success.angle)), evaluations[config.scenario]
-    figure = error_bands(chosen, scenario.control_period, cone, episodes.feasible)
+    figure = error_bands(chosen, scenario.control_period, cone, shown[config.scenario].feasible)
     figure.savefig(folder / "error_bands.png", dpi=120)
     detail = config.detail if config.detail is not None else interesting(chosen, episodes)
     histories = {name: rollout(scenario, policy, episodes[detail]) for name, policy in flown.items()}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ftac_gym.baselines.memory import Memory
-from ftac_gym.parameters import FloatArray, finite, positive, require
+from ftac_gym.parameters import FloatArray, finite, positive, require, whole
 
 
 class AntiSaturation:
@@ -54,9 +54,8 @@ class AntiSaturation:
         rule = "must exceed L1^2/2 + 1/2 (Theorems 2 and 3)"
         require(decay > 0.5 * gain * gain + 0.5, "decay", rule, decay)
         self._smallest = positive(smallest, "smallest")
-        whole = isinstance(substeps, int) and not isinstance(substeps, bool)
-        require(whole and substeps > 0, "substeps", "must be a positive integer", substeps)
-        self._substeps, self._step = substeps, period / substeps
+        self._substeps = whole(substeps, 1, "substeps")
+        self._step = period / self._substeps
         self._to_acceleration = to_acceleration
         self._memory = memory
         memory.add("anti_saturation", (3,), initial=finite(initial, "initial"))

@@ -87,6 +87,11 @@ class Baseline(ABC):
     def act_only(self, measurement: Measurement, mask: BoolArray) -> FloatArray:
         """Act for the craft in the mask (N,) alone: the memory of the others is kept, their rows mean nothing."""
         before = self.memory.copy()
+        if mask.any():
+            # The others do what the first of these does, so that nothing of theirs can be refused.
+            rows = np.where(mask, np.arange(self.num_craft), np.argmax(mask))
+            measurement = measurement.take(rows)
+            self.memory.restore({name: array[rows] for name, array in before.items()}, ~mask)
         command = self.act(measurement)
         self.memory.restore(before, ~mask)
         return command

@@ -6,7 +6,7 @@ import numpy as np
 
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.surfaces import signed_power
-from ftac_gym.parameters import FloatArray, positive, require
+from ftac_gym.parameters import FloatArray, positive, whole
 
 
 class LevantFilter:
@@ -14,7 +14,8 @@ class LevantFilter:
 
     f2 - f1' is b1 sig(f1 - a)^(1/2): its sign is that of f1 - a, and the equation is not implicit. f1 follows the input
     a, and f1' its derivative, if |a''| stays somewhat below b2. Euler steps of the control period end that at some
-    10 ms: ``substeps`` of them follow an input that is held over the period.
+    10 ms. ``substeps`` take the chatter out of f1, which then lags a moving input by the hold; f1' follows the steps of
+    the held input, not the derivative.
 
     Parameters
     ----------
@@ -39,9 +40,8 @@ class LevantFilter:
         self, memory: Memory, first: float, second: float, period: float, substeps: int, at_input: bool = False
     ) -> None:
         self._first, self._second = positive(first, "first"), positive(second, "second")
-        whole = isinstance(substeps, int) and not isinstance(substeps, bool)
-        require(whole and substeps > 0, "substeps", "must be a positive integer", substeps)
-        self.substeps, self.step = substeps, period / substeps
+        self.substeps = whole(substeps, 1, "substeps")
+        self.step = period / self.substeps
         self._memory = memory
         memory.add("filtered_command", (3,))
         memory.add("filtered_slope", (3,))

@@ -17,7 +17,8 @@ class HybridError:
         h e_4 <= -eta,  0 < eta < 1    (Eqs. (13)-(16) of Ma et al. 2023)
 
     Turning h e_v to zero then takes the short way round wherever h e_4 > 0, and the other way only where that costs at
-    most 4 asin(eta) more: it is at most 2 asin(eta) beyond half a turn. Without a hysteresis h stays 1: e_4 goes to 1 from wherever it starts, which is unwinding.
+    most 4 asin(eta) more: it is at most 2 asin(eta) beyond half a turn. Without a hysteresis h stays 1, and e_4 goes to
+    1 from wherever it starts, which is unwinding.
 
     Parameters
     ----------

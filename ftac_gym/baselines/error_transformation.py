@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ftac_gym.attitude import angular_velocity_from_mrp
 from ftac_gym.parameters import FloatArray, within
 from ftac_gym.prescribed_bound import PrescribedBound
 
@@ -16,6 +17,10 @@ class Transformed(NamedTuple):
     error: FloatArray
     slope: FloatArray
     drift: FloatArray
+
+    def rate(self, sigma: FloatArray, wanted: FloatArray) -> FloatArray:
+        """Return the body rate G^-1 r^-1 (epsilon' - theta) (N, 3) [rad/s] for a wanted epsilon' (N, 3) at sigma."""
+        return angular_velocity_from_mrp(sigma, (wanted - self.drift) / self.slope)
 
 
 class ErrorTransformation:

@@ -7,7 +7,7 @@ import numpy as np
 from ftac_gym.baselines.adaptation import LeakyAdaptation
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.radial_basis import GaussianNodes
-from ftac_gym.parameters import FloatArray, fields_named, positive, require
+from ftac_gym.parameters import FloatArray, fields_named, positive, whole
 
 
 class FuzzyApproximator:
@@ -43,9 +43,7 @@ class FuzzyApproximator:
     def __init__(
         self, memory: Memory, inputs: int, gain: float, leak: float, width: float, period: float, rules: int = 7
     ) -> None:
-        whole = isinstance(rules, int) and not isinstance(rules, bool)
-        require(whole and rules > 0, "rules", "must be a positive integer", rules)
-        self._nodes = GaussianNodes(rules, 3.0, inputs, 1.0)
+        self._nodes = GaussianNodes(whole(rules, 1, "rules"), 3.0, inputs, 1.0)
         self._half = 0.5 / positive(width, "fuzzy_width") ** 2
         with fields_named("fuzzy_"):
             self._bound = LeakyAdaptation(memory, "weight_bound", 1, gain, leak, period)

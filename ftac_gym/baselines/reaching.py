@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ftac_gym.baselines.surfaces import signed_power
-from ftac_gym.parameters import FloatArray, finite, non_negative, positive, require, within
+from ftac_gym.parameters import FloatArray, finite, non_negative, require, within
 
 
 def switching(variable: FloatArray, layer: float) -> FloatArray:
@@ -29,6 +29,12 @@ def saturation(variable: FloatArray, width: float) -> FloatArray:
         return np.sign(variable)
     held: FloatArray = np.minimum(np.maximum(variable * (1.0 / width), -1.0), 1.0)
     return held
+
+
+def soft_sign(variable: FloatArray, width: FloatArray) -> FloatArray:
+    """Return x / (|x| + width), within +-1: the bounded feedback (18) of Ma et al. 2023."""
+    bounded: FloatArray = variable / (np.abs(variable) + width)
+    return bounded
 
 
 @dataclass(frozen=True)
@@ -92,7 +98,7 @@ class PowerReaching:
     linear
         k [1/s].
     power_gain
-        l [(rad/s)^(1-a) / s].
+        l [(rad/s)^(1-a) / s]; zero leaves the power out.
     exponent
         a, within (0, 1).
 
@@ -109,10 +115,12 @@ class PowerReaching:
     def __post_init__(self) -> None:
         """Check the fields."""
         non_negative(self.linear, "linear")
-        positive(self.power_gain, "power_gain")
+        non_negative(self.power_gain, "power_gain")
         within(self.exponent, 0.0, 1.0, "exponent")
 
     def __call__(self, variable: FloatArray) -> FloatArray:
         """Return the designed s' [rad/s^2] for s (N, 3) [rad/s]."""
-        rate: FloatArray = -self.linear * variable - self.power_gain * signed_power(variable, self.exponent)
+        rate: FloatArray = -self.linear * variable
+        if self.power_gain > 0.0:
+            rate -= self.power_gain * signed_power(variable, self.exponent)
         return rate

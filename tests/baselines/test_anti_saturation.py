@@ -89,8 +89,8 @@ def test_one_step_is_the_equation():
         ({"decay": 1.0}, r"decay must exceed L1\^2/2 \+ 1/2 .*, got 1.0"),
         ({"gain": 3.0}, r"decay must exceed L1\^2/2 \+ 1/2 .*, got 2.0"),
         ({"smallest": 0.0}, "smallest must be positive, got 0.0"),
-        ({"substeps": 0}, "substeps must be a positive integer, got 0"),
-        ({"substeps": 1.5}, "substeps must be a positive integer, got 1.5"),
+        ({"substeps": 0}, "substeps must be a whole number, 1 or more, got 0"),
+        ({"substeps": 1.5}, "substeps must be a whole number, 1 or more, got 1.5"),
     ],
 )
 def test_bad_parameters(changes, message):

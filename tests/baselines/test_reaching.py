@@ -89,7 +89,7 @@ def test_power_reaching_takes_the_finite_time_of_lemma_1(start):
         (ExponentialReaching, {"power": 1.5}, "power must be a positive integer, got 1.5"),
         (ExponentialReaching, {"layer": -0.1}, "layer must not be negative, got -0.1"),
         (PowerReaching, {"linear": -1.0}, "linear must not be negative, got -1.0"),
-        (PowerReaching, {"power_gain": 0.0}, "power_gain must be positive, got 0.0"),
+        (PowerReaching, {"power_gain": -0.1}, "power_gain must not be negative, got -0.1"),
         (PowerReaching, {"exponent": 1.0}, r"exponent must lie within \(0, 1\), got 1.0"),
     ],
 )

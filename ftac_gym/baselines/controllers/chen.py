@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ftac_gym.baselines.controllers.direct import DirectLaw
 from ftac_gym.baselines.double_cover import HybridError
 from ftac_gym.measurement import Measurement
@@ -39,5 +41,6 @@ class ChenLaw(DirectLaw):
         error = self._motion(attitude, measurement, short_way=self._hybrid is None).error
         if self._hybrid is not None:
             error, _ = self._hybrid.update(error) if move_on else self._hybrid.peek(error)
-        sigma: FloatArray = error[:, 1:] / (1.0 + error[:, :1])
+        # At 360 degrees, where sigma is infinite, the direction is that of rounding errors.
+        sigma: FloatArray = error[:, 1:] / np.maximum(1.0 + error[:, :1], 1e-12)
         return sigma

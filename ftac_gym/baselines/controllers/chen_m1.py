@@ -7,16 +7,17 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ftac_gym.attitude import angular_velocity_from_mrp, mrp_derivative
+from ftac_gym.attitude import mrp_derivative
 from ftac_gym.baselines.command_filter import LevantFilter
 from ftac_gym.baselines.controllers.chen import ChenLaw
 from ftac_gym.baselines.controllers.prescribed import PrescribedError
 from ftac_gym.baselines.error_transformation import Transformed
 from ftac_gym.baselines.fuzzy import FuzzyApproximator
+from ftac_gym.baselines.reaching import PowerReaching
 from ftac_gym.baselines.search import Range, SearchSpace
 from ftac_gym.baselines.surfaces import signed_power
 from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, fields_named, non_negative, positive, require, within
+from ftac_gym.parameters import FloatArray, fields_named, non_negative, positive, require, whole
 from ftac_gym.prescribed_bound import PrescribedBound
 from ftac_gym.scenario import Scenario
 
@@ -106,19 +107,17 @@ class ChenM1(ChenLaw):
         attitude_filter_time: float = 0.0,
     ) -> None:
         super().__init__(scenario, num_craft, True, attitude_filter_time)
-        self._attitude_gain, self._rate_gain = (
-            positive(attitude_gain, "attitude_gain"),
-            positive(rate_gain, "rate_gain"),
-        )
+        self._attitude_gain = positive(attitude_gain, "attitude_gain")
         self._attitude_power_gain = non_negative(attitude_power_gain, "attitude_power_gain")
-        self._rate_power_gain = non_negative(rate_power_gain, "rate_power_gain")
-        self._power = within(power, 0.0, 1.0, "power")
+        self._power = power
+        with fields_named("rate_", linear="rate_gain", exponent="power"):
+            self._reaching = PowerReaching(rate_gain, rate_power_gain, power)
         self._compensation_gain = non_negative(compensation_gain, "compensation_gain")
         self._error = PrescribedError(scenario, self.memory, bound, mirror, margin)
         self._fuzzy = FuzzyApproximator(self.memory, 9, fuzzy_gain, fuzzy_leak, fuzzy_width, self._period)
         require(filter_start in FILTER_STARTS, "filter_start", f"must be one of {list(FILTER_STARTS)}", filter_start)
         self._command_filter = None
-        if filter_substeps != 0:
+        if whole(filter_substeps, 0, "filter_substeps") > 0:
             at_input = filter_start == "virtual"
             with fields_named("filter_"):
                 self._command_filter = LevantFilter(
@@ -133,11 +132,11 @@ class ChenM1(ChenLaw):
 
     def _virtual(self, sigma: FloatArray, transformed: Transformed) -> FloatArray:
         """Return the virtual control a (N, 3) [rad/s]."""
-        wanted = -self._attitude_gain * transformed.error - transformed.drift
+        wanted = -self._attitude_gain * transformed.error
         if self._attitude_power_gain > 0.0:
             compensated = transformed.error - self.memory["compensation"]
             wanted = wanted - self._attitude_power_gain * signed_power(compensated, self._power)
-        return angular_velocity_from_mrp(sigma, wanted / transformed.slope)
+        return transformed.rate(sigma, wanted)
 
     def _followed(self, virtual: FloatArray) -> FloatArray:
         """Return x_c (N, 3) [rad/s]."""
@@ -160,9 +159,7 @@ class ChenM1(ChenLaw):
             change = self._command_filter.rate(virtual)
             self._follow(self._command_filter, sigma, transformed.slope, virtual)
         variable = measurement.rate - followed
-        wanted = -self._rate_gain * variable - self._fuzzy(variable, measurement.rate, followed, change)
-        if self._rate_power_gain > 0.0:
-            wanted = wanted - self._rate_power_gain * signed_power(variable, self._power)
+        wanted = self._reaching(variable) - self._fuzzy(variable, measurement.rate, followed, change)
         torque: FloatArray = wanted @ self._inertia
         return self._to_wheels(torque)
 

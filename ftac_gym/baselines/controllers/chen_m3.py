@@ -111,7 +111,7 @@ class ChenM3(ChenLaw):
         bounds = self._growth.value
         largest = np.einsum("ni,ni->n", bounds, powers)[:, None]
         outside = distance * largest > self._layer
-        safe = np.maximum(distance, 1e-300)
+        safe = np.maximum(distance, 1e-150)
         share = np.where(outside, largest / safe, largest**2 / self._layer)
         if self._jump > 0.0:
             share = share + np.where(outside, self._jump * bounds.sum(axis=1, keepdims=True) / safe**2, 0.0)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from ftac_gym.baselines.controllers.hybrid import HybridLaw
-from ftac_gym.baselines.reaching import saturation
+from ftac_gym.baselines.reaching import saturation, soft_sign
 from ftac_gym.baselines.relative_motion import RelativeMotion
 from ftac_gym.baselines.search import Range, SearchSpace
 from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, finite, non_negative, positive, require
+from ftac_gym.parameters import FloatArray, finite, non_negative, positive, require, within
 from ftac_gym.scenario import Scenario
 
 COMPENSATIONS = ("norm", "componentwise", "sliding")
@@ -49,7 +49,7 @@ class HSFC(HybridLaw):
     (1 - g0)/g0 |u1| > |u1_i|: the body then creeps with rates within the layer. ``"componentwise"`` takes |u1_i|, with
     which the bound (21) is right, too; ``"sliding"`` takes sat(S_i / layer) for sat(w_e,i / layer).
 
-    g stays positive, above 1e-100 in numbers: a step of g' over the control period is exact for measurements that are held, g exp(T g'/g).
+    g stays positive, above 1e-100 in numbers: it is stepped as g exp(T g'/g), which is exact while g'/g is constant.
     Nothing keeps g from going to zero, and with it the wish to turn at all: V of the paper's proof vanishes for g = 0,
     w_e = 0 and any attitude. ``gamma_floor`` is the one line that mends this.
 
@@ -115,8 +115,7 @@ class HSFC(HybridLaw):
         self._gain = positive(gain, "gain")
         self._attitude_gain = non_negative(attitude_gain, "attitude_gain")
         self._adaptation = non_negative(adaptation, "adaptation")
-        self._smoothing = positive(smoothing, "smoothing")
-        require(smoothing < 1.0, "smoothing", "must be below 1", smoothing)
+        self._smoothing = within(smoothing, 0.0, 1.0, "smoothing")
         effectiveness = finite(smallest_effectiveness, "smallest_effectiveness")
         require(0.0 < effectiveness <= 1.0, "smallest_effectiveness", "must lie within (0, 1]", smallest_effectiveness)
         require(compensation in COMPENSATIONS, "compensation", f"must be one of {list(COMPENSATIONS)}", compensation)
@@ -124,8 +123,13 @@ class HSFC(HybridLaw):
         self._compensation = compensation
         self._layer = non_negative(layer, "layer")
         self._floor = max(non_negative(gamma_floor, "gamma_floor"), SMALLEST_GAMMA)
-        start = max(positive(initial_gamma, "initial_gamma"), self._floor)
+        start = max(within(initial_gamma, 0.0, 1.0 / SMALLEST_GAMMA, "initial_gamma"), self._floor)
         self.memory.add("gamma", (1,), initial=start)
+
+    @classmethod
+    def space(cls, **gains: Any) -> SearchSpace:
+        """Return where a tuner looks: for a floor only in the variant that has one."""
+        return {name: item for name, item in cls.search_space.items() if name != "gamma_floor" or name in gains}
 
     def torque_bound(self, rate: float = 0.0, acceleration: float = 0.0) -> float:
         """Return what no component of the torque exceeds [N m], whatever the errors.
@@ -158,8 +162,7 @@ class HSFC(HybridLaw):
         motion = self._motion(self._filter.update(measurement), measurement, short_way=False)
         errors = self._errors(motion, self._hybrid.update(motion.error))
         soft = self.memory["gamma"] ** 2 * self._smoothing
-        bounded = errors.variable / (np.abs(errors.variable) + soft)
-        torque = -self._gain * bounded
+        torque = -self._gain * soft_sign(errors.variable, soft)
         if self._moving:
             torque = torque + self._feed_forward(motion, measurement)
         if self._share > 0.0:

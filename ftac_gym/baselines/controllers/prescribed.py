@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ftac_gym.baselines.error_transformation import ErrorTransformation, Transformed
 from ftac_gym.baselines.memory import Memory
@@ -28,7 +29,8 @@ class PrescribedError:
         Fields of the bound that differ from the task's, or, if that has none, from
         :class:`~ftac_gym.prescribed_bound.PrescribedBound`'s own.
     mirror
-        Whether a craft's bounds are exchanged, axis by axis, where its start has the sign of the narrower side.
+        Whether a craft's bounds are exchanged, axis by axis, where its start has the sign of the narrower side. Metrics
+        know nothing of it: they are to be asked with a scenario whose bound is ``bound.mirrored(axes)``.
     margin
         See :class:`~ftac_gym.baselines.error_transformation.ErrorTransformation`.
 
@@ -42,12 +44,14 @@ class PrescribedError:
         self, scenario: Scenario, memory: Memory, changes: Mapping[str, Any] | None, mirror: bool, margin: float
     ) -> None:
         known = [item.name for item in fields(PrescribedBound)]
+        require(changes is None or isinstance(changes, Mapping), "bound", f"must be a mapping with {known}", changes)
         for name in changes or {}:
             require(name in known, "bound", f"must have fields among {known}", name)
         with fields_named("bound."):
             self.bound = replace(scenario.prescribed_bound or PrescribedBound(), **(changes or {}))
         self._transformation = ErrorTransformation(self.bound, margin)
-        self._mirror = bool(mirror)
+        require(isinstance(mirror, bool), "mirror", "must be True or False", mirror)
+        self._mirror = mirror
         self._memory = memory
         memory.add("within_bounds", (1,), initial=False)
         memory.add("mirrored", (3,), initial=False)
@@ -64,10 +68,13 @@ class PrescribedError:
         if fresh.any():
             low, high = self.bound.bound(time)
             if self._mirror:
-                mirrored = np.where(fresh, np.where(error < 0.0, -low < high, high < -low), mirrored)
+                # By the final factors: those at the start may be equal on both sides.
+                wider_above = np.array(self.bound.upper) > np.array(self.bound.lower)
+                wider_below = np.array(self.bound.lower) > np.array(self.bound.upper)
+                mirrored = np.where(fresh, np.where(error < 0.0, wider_above, wider_below), mirrored)
             new = fresh[:, 0]
             lowest, highest = np.where(mirrored, -high, low), np.where(mirrored, -low, high)
-            _check_start(error[new], lowest[new], highest[new])
+            _check_start(error[new], lowest[new], highest[new], time[new], np.flatnonzero(new))
         return self._transformation(error, time, mirrored if self._mirror else None), mirrored
 
     def update(self, error: FloatArray, time: FloatArray) -> Transformed:
@@ -79,8 +86,11 @@ class PrescribedError:
         return transformed
 
 
-def _check_start(error: FloatArray, low: FloatArray, high: FloatArray) -> None:
+def _check_start(
+    error: FloatArray, low: FloatArray, high: FloatArray, time: FloatArray, craft: npt.NDArray[np.intp]
+) -> None:
     """Raise a ValueError if an MRP (n, 3) is not between its bounds: which axis, by how much, and what would help."""
+    require(bool(np.isfinite(error).all()), "attitude", "must be finite", error.tolist())
     excess = np.maximum(low - error, error - high)
     if (excess < 0.0).all():
         return
@@ -91,6 +101,7 @@ def _check_start(error: FloatArray, low: FloatArray, high: FloatArray) -> None:
     if not ((-highest < value) & (value < -lowest))[axes].all():
         remedy = "mirrored bounds would not hold it either: bound.initial must be larger"
     raise ValueError(
-        f"attitude at the start must be within its prescribed bound, ({lowest[axis]:.6g}, {highest[axis]:.6g}) for "
-        f"MRP axis {axis}, got {value[axis]:.6g}, outside by {excess[row, axis]:.3g}; {remedy}"
+        f"attitude of craft {craft[row]}, which starts at {time[row]:.6g} s, must be within its prescribed bound, "
+        f"({lowest[axis]:.6g}, {highest[axis]:.6g}) for MRP axis {axis}, got {value[axis]:.6g}, outside by "
+        f"{excess[row, axis]:.3g}; {remedy}"
     )

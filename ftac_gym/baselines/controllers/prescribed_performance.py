@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from ftac_gym.attitude import angular_velocity_from_mrp
 from ftac_gym.baselines.controllers.prescribed import PrescribedError
 from ftac_gym.baselines.controllers.relative import RelativeLaw
 from ftac_gym.baselines.error_transformation import Transformed
+from ftac_gym.baselines.reaching import PowerReaching
 from ftac_gym.baselines.search import Range, SearchSpace
-from ftac_gym.baselines.surfaces import signed_power
 from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, non_negative, positive, within
+from ftac_gym.parameters import FloatArray, fields_named, positive
 from ftac_gym.prescribed_bound import PrescribedBound
 from ftac_gym.scenario import Scenario
 
@@ -84,12 +83,9 @@ class PrescribedPerformance(RelativeLaw):
         attitude_filter_time: float = 1.0,
     ) -> None:
         super().__init__(scenario, num_craft, faults, observer, attitude_filter_time)
-        self._attitude_gain, self._rate_gain = (
-            positive(attitude_gain, "attitude_gain"),
-            positive(rate_gain, "rate_gain"),
-        )
-        self._rate_power_gain = non_negative(rate_power_gain, "rate_power_gain")
-        self._power = within(power, 0.0, 1.0, "power")
+        self._attitude_gain = positive(attitude_gain, "attitude_gain")
+        with fields_named("rate_", linear="rate_gain", exponent="power"):
+            self._reaching = PowerReaching(rate_gain, rate_power_gain, power)
         self._error = PrescribedError(scenario, self.memory, bound, mirror, margin)
 
     @property
@@ -98,13 +94,10 @@ class PrescribedPerformance(RelativeLaw):
         return self._error.bound
 
     def _slid(self, error: FloatArray, rate_error: FloatArray, transformed: Transformed) -> FloatArray:
-        wanted = (-self._attitude_gain * transformed.error - transformed.drift) / transformed.slope
-        return rate_error - angular_velocity_from_mrp(error, wanted)
+        return rate_error - transformed.rate(error, -self._attitude_gain * transformed.error)
 
     def _variable(self, measurement: Measurement, error: FloatArray, rate_error: FloatArray) -> FloatArray:
         return self._slid(error, rate_error, self._error.peek(error, measurement.time)[0])
 
     def _acceleration(self, measurement: Measurement, error: FloatArray, rate_error: FloatArray) -> FloatArray:
-        variable = self._slid(error, rate_error, self._error.update(error, measurement.time))
-        wanted: FloatArray = -self._rate_gain * variable - self._rate_power_gain * signed_power(variable, self._power)
-        return wanted
+        return self._reaching(self._slid(error, rate_error, self._error.update(error, measurement.time)))

@@ -8,7 +8,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-from ftac_gym.evaluation.reproduction import cao_2022, cao_2022_plans, zhang_zhou_2019, zhang_zhou_2019_plans
+from ftac_gym.evaluation.reproduction import (
+    cao_2022,
+    cao_2022_plans,
+    chen_2018,
+    chen_2018_plans,
+    ma_2023,
+    ma_2023_plans,
+    zhang_zhou_2019,
+    zhang_zhou_2019_plans,
+)
 from ftac_gym.evaluation.reproduction.claims import Reproduction
 from ftac_gym.evaluation.reproduction.flight import Flight, Plan
 
@@ -22,6 +31,8 @@ class Paper(NamedTuple):
 
 PAPERS: dict[str, Paper] = {
     "cao_2022": Paper(cao_2022_plans.plans, cao_2022.evaluate),
+    "chen_2018": Paper(chen_2018_plans.plans, chen_2018.evaluate),
+    "ma_2023": Paper(ma_2023_plans.plans, ma_2023.evaluate),
     "zhang_zhou_2019": Paper(zhang_zhou_2019_plans.plans, zhang_zhou_2019.evaluate),
 }
 """Papers by name."""

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from ftac_gym.evaluation.plots import COLORS
 from ftac_gym.evaluation.reproduction.flight import Flight
 from ftac_gym.parameters import FloatArray
+from ftac_gym.prescribed_bound import PrescribedBound
 
 POINTS = 1500
 """Most points of a line; the rest would not be seen."""
@@ -45,6 +46,26 @@ def attitude(flights: Mapping[str, Flight]) -> Figure:
     return figure
 
 
+def bounded(flights: Mapping[str, Flight], bound: PrescribedBound) -> Figure:
+    """Draw each MRP in units of rho(t) with its bounds, dotted: one row per axis, one column per flight."""
+    figure = Figure(figsize=(3.4 * len(flights), 6.4), layout="constrained")
+    rows = figure.subplots(3, len(flights), squeeze=False, sharex="col")
+    for panels, (name, flight) in zip(rows.T, flights.items(), strict=True):
+        every, time = _thinned(flight)
+        rho = bound.rho(time)
+        low, high = bound.bound(time)
+        for axis, (panel, color) in enumerate(zip(panels, COLORS, strict=False)):
+            panel.plot(time, flight.attitude[every, 0, axis] / rho, color=color)
+            for limit in (low, high):
+                panel.plot(time, limit[:, axis] / rho, color="black", linestyle=":", linewidth=1.2)
+            panel.set(xlim=(0.0, flight.time[-1]), ylim=(-1.6, 1.6))
+            panel.grid(alpha=0.3)
+            rows[axis, 0].set_ylabel(rf"$\sigma_{axis + 1} / \rho$ [-]")
+        panels[0].set_title(name)
+        panels[-1].set_xlabel("time [s]")
+    return figure
+
+
 def rates(flights: Mapping[str, Flight]) -> Figure:
     """Draw the body rates, one panel per flight."""
     figure, panels = _panels(flights, 3.4)
@@ -70,6 +91,29 @@ def torque(flights: Mapping[str, Flight]) -> Figure:
     return figure
 
 
+def torque_bands(flights: Mapping[str, Flight]) -> Figure:
+    """Draw the range of the commanded wheel torques in short intervals, pale, with its mean: chatter is a band.
+
+    Thinned, a torque that changes its sign every period would be drawn as a constant one.
+    """
+    figure, panels = _panels(flights, 3.4)
+    for panel, flight in zip(panels, flights.values(), strict=True):
+        command = flight.command[:, 0]
+        starts = np.arange(0, len(command), max(1, len(command) // POINTS))
+        counts = np.diff(np.append(starts, len(command)))
+        least, most, total = (ufunc.reduceat(command, starts) for ufunc in (np.minimum, np.maximum, np.add))
+        for wheel, color in zip(range(command.shape[1]), COLORS, strict=False):
+            panel.fill_between(
+                flight.time[starts], least[:, wheel], most[:, wheel], color=color, alpha=0.25, linewidth=0.0
+            )
+            panel.plot(
+                flight.time[starts], total[:, wheel] / counts, color=color, linewidth=0.9, label=f"wheel {wheel + 1}"
+            )
+    panels[0].set_ylabel("commanded torque [N m]")
+    panels[0].legend(loc="upper right", fontsize=8)
+    return figure
+
+
 def errors(flights: Mapping[str, Flight]) -> Figure:
     """Draw the pointing errors of all flights in one panel, on a logarithmic scale."""
     figure = Figure(figsize=(8.0, 3.6), layout="constrained")
@@ -80,6 +124,29 @@ def errors(flights: Mapping[str, Flight]) -> Figure:
     panel.set(yscale="log", xlabel="time [s]", ylabel="pointing error [deg]")
     panel.grid(alpha=0.3)
     panel.legend(loc="upper right", fontsize=8)
+    return figure
+
+
+def histories(lines: Mapping[str, tuple[FloatArray, FloatArray]], label: str, logarithmic: bool = False) -> Figure:
+    """Draw one number of all flights in one panel.
+
+    Parameters
+    ----------
+    lines
+        Times [s] and values, by name.
+    label
+        What the values are.
+    logarithmic
+        Whether their scale is.
+    """
+    figure = Figure(figsize=(8.0, 3.6), layout="constrained")
+    panel = figure.subplots()
+    for (name, (time, values)), color in zip(lines.items(), cycle(COLORS), strict=False):
+        every = slice(None, None, max(1, len(time) // POINTS))
+        panel.plot(time[every], values[every], color=color, label=name)
+    panel.set(yscale="log" if logarithmic else "linear", xlabel="time [s]", ylabel=label)
+    panel.grid(alpha=0.3)
+    panel.legend(fontsize=8)
     return figure
 
 

@@ -1,0 +1,142 @@
+"""What the claims of Chen, Chen, He and Sun 2018 are judged by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ftac_gym import baselines
+from ftac_gym.attitude import quaternion_from_mrp
+from ftac_gym.baselines.error_transformation import ErrorTransformation
+from ftac_gym.evaluation.reproduction.chen_2018_plans import bound
+from ftac_gym.evaluation.reproduction.flight import Flight
+from ftac_gym.evaluation.reproduction.variations import seconds
+from ftac_gym.measurement import Measurement
+from ftac_gym.parameters import FloatArray
+from ftac_gym.prescribed_bound import PrescribedBound
+
+ACCURACY = 1e-3
+"""What every |sigma_i| shall come below."""
+
+
+def changed(**changes: Any) -> PrescribedBound:
+    """Return the example's bounds with other fields."""
+    return replace(bound(), **changes)
+
+
+def least(flight: Flight, within: PrescribedBound | None = None) -> float:
+    """Return the least margin in units of the bounds' distance; positive where the bounds are kept."""
+    return float(flight.margin(within or bound()).min())
+
+
+def margin(flight: Flight, within: PrescribedBound | None = None) -> str:
+    """Say how large the margin is where it is least, and when that is."""
+    share = flight.margin(within or bound())
+    at = int(np.argmin(share))
+    return f"{share[at]:+.2g} at {flight.time[at]:.1f} s"
+
+
+def outside(flight: Flight, within: PrescribedBound | None = None) -> str:
+    """Say from when until when the bounds are not kept."""
+    broken = np.flatnonzero(flight.margin(within or bound()) <= 0.0)
+    if len(broken) == 0:
+        return "-"
+    last = "the end" if broken[-1] == len(flight.time) - 1 else f"{flight.time[broken[-1]]:.1f} s"
+    return f"{flight.time[broken[0]]:.1f} s to {last}"
+
+
+def transformed(flight: Flight, within: PrescribedBound | None = None) -> FloatArray:
+    """Return |epsilon| (T + 1,), outside the bounds along its tangent, as M1 does."""
+    error = ErrorTransformation(within or bound(), 1e-4)(flight.attitude[:, 0], flight.time).error
+    size: FloatArray = np.linalg.norm(error, axis=1)
+    return size
+
+
+def below(flight: Flight, values: FloatArray, limit: float) -> float:
+    """Return from when on values (T + 1,) stay below a limit [s]; infinity if they do not."""
+    above = np.flatnonzero(~(values < limit))
+    if len(above) == 0:
+        return 0.0
+    return float(flight.time[above[-1] + 1]) if above[-1] + 1 < len(flight.time) else float("inf")
+
+
+def accurate(flight: Flight) -> float:
+    """Return from when on every |sigma_i| stays below 1e-3 [s]; infinity if they do not."""
+    return below(flight, np.abs(flight.attitude[:, 0]).max(axis=1), ACCURACY)
+
+
+def overshoot(flight: Flight) -> FloatArray:
+    """Return how far each sigma_i goes to the other side of zero, (3,)."""
+    sigma = flight.attitude[:, 0]
+    across: FloatArray = np.maximum(0.0, (-sigma * np.sign(sigma[0])).max(axis=0))
+    return across
+
+
+def speed(flight: Flight) -> FloatArray:
+    """Return |w| (T + 1,) [deg/s]."""
+    size: FloatArray = np.degrees(np.linalg.norm(flight.rate[:, 0], axis=1))
+    return size
+
+
+def shrinking(flight: Flight, start: float, end: float) -> float:
+    """Return the mean of -d ln|sigma| / dt between two shares of the flight [1/s]."""
+    at = [round(share * (len(flight.time) - 1)) for share in (start, end)]
+    size = np.maximum(np.linalg.norm(flight.attitude[at, 0], axis=1), 1e-300)
+    return float(np.log(size[0] / size[1]) / (flight.time[at[1]] - flight.time[at[0]]))
+
+
+def energy_until(flight: Flight, end: float) -> float:
+    """Return the integral of the squared torques that the wheels apply until a time [N^2 m^2 s]."""
+    early = flight.time[:-1] < end - 1e-9
+    applied = flight.true_effectiveness[early, 0] * flight.command[early, 0] + flight.true_bias[early, 0]
+    return float(np.sum(applied**2) * flight.scenario.control_period)
+
+
+def torque_size(flight: Flight) -> float:
+    """Return the root of the mean square of the torques that the wheels apply [N m]."""
+    return float(np.sqrt(flight.energy() / (flight.time[-1] * flight.command.shape[2])))
+
+
+def weight_bound(flight: Flight, law: str, gains: Mapping[str, Any] | None = None) -> FloatArray:
+    """Return theta (T,), by giving a law what the first craft of a flight has measured."""
+    replayed = baselines.make(law, flight.scenario, 1, **(gains or {}))
+    attitude, nothing = quaternion_from_mrp(flight.attitude[:, :1]), np.zeros((1, 3))
+    command = np.concatenate([np.zeros_like(flight.command[:1, :1]), flight.command[:, :1]])
+    values = np.empty(len(flight.command))
+    for step in range(len(values)):
+        replayed.act(
+            Measurement(
+                time=flight.time[step : step + 1],
+                attitude=attitude[step],
+                rate=flight.rate[step, :1],
+                wheel_momentum=np.zeros_like(command[step]),
+                last_command=command[step],
+                star_tracker_valid=np.array([True]),
+                reference_attitude=np.array([[1.0, 0.0, 0.0, 0.0]]),
+                reference_rate=nothing,
+                reference_acceleration=nothing,
+            )
+        )
+        values[step] = replayed.memory["weight_bound"][0, 0]
+    return values
+
+
+def theorem_radius() -> float:
+    """Return how large the small region of Theorem 6 is at least, with Table 1.
+
+    mu and Dm are taken as zero, theta as zero, and b as one, which is the largest that it may be.
+    """
+    k1, k2, l1, tau1, tau2, h, m1, power = 0.1, 0.8, 0.01, 0.01, 0.5, 0.5, 0.001, 0.3
+    half = 0.5 * (power + 1.0)
+    left = 1.5 * h**2 + 0.5 * l1 + 0.25
+    linear = min(2.0 * k1 - l1, 2.0 * k2, 0.5 * m1)
+    powered = min(2.0**half * tau1, 2.0**half * tau2, m1**half)
+    return float(max(np.sqrt(2.0 * left / linear), np.sqrt(2.0 * (left / powered) ** (1.0 / half))))
+
+
+def when(values: Mapping[str, float]) -> str:
+    """Return times by name in words."""
+    return ", ".join(f"{name} {seconds(value)}" for name, value in values.items())

@@ -1,0 +1,192 @@
+"""What the claims of Ma, Wang and Wang 2023 are about: q_e with its sign, w_e, the adaptive gain, largest torques."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ftac_gym import baselines
+from ftac_gym.attitude import quaternion_conjugate, quaternion_from_mrp, quaternion_product, rotate_to_body
+from ftac_gym.evaluation.reproduction.flight import Flight
+from ftac_gym.evaluation.reproduction.variations import UNLIMITED, seconds, with_limit
+from ftac_gym.initial_state import InitialState
+from ftac_gym.measurement import Measurement
+from ftac_gym.parameters import FloatArray
+from ftac_gym.references import RateProfile
+from ftac_gym.scenario import Scenario
+
+RATE, ACCELERATION = 0.05, 4.71e-3
+"""c1 [rad/s] and c2 [rad/s^2] as printed in (44): those of the components; the norms are larger."""
+
+
+def signed_error(flight: Flight, flipped: bool = False) -> FloatArray:
+    """Return q_e (T + 1, N, 4), scalar first, continuous, with the sign that the start has.
+
+    Parameters
+    ----------
+    flight
+        Of a reference that starts at the identity.
+    flipped
+        Whether the flight's plan was flipped.
+    """
+    error = quaternion_product(
+        quaternion_conjugate(quaternion_from_mrp(flight.reference)), quaternion_from_mrp(flight.attitude)
+    )
+    apart = np.einsum("tni,tni->tn", error[1:], error[:-1]) < 0.0
+    sign = np.cumprod(np.where(apart, -1.0, 1.0), axis=0)
+    error[1:] *= sign[..., None]
+    start = flight.scenario.initial_state.attitude
+    # A random start is drawn with a positive scalar.
+    wanted = (-1.0 if flipped else 1.0) * (1.0 if start is None else np.copysign(1.0, start[0]))
+    lifted: FloatArray = error * (wanted * np.where(error[:1, :, :1] < 0.0, -1.0, 1.0))
+    return lifted
+
+
+def reference_motion(scenario: Scenario, time: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return w_d [rad/s] and w_d' [rad/s^2], each (T, 3) in the reference's axes, at times (T,) [s]."""
+    reference = scenario.reference
+    if not isinstance(reference, RateProfile):
+        nothing = np.zeros((len(time), 3))
+        return nothing, nothing
+    amplitude, frequency = np.array(reference.amplitude), np.array(reference.frequency)
+    angle = time[:, None] * frequency
+    return amplitude * np.sin(angle), amplitude * frequency * np.cos(angle)
+
+
+def rate_error(flight: Flight) -> FloatArray:
+    """Return w_e (T + 1, N, 3) [rad/s]."""
+    turning = reference_motion(flight.scenario, flight.time)[0]
+    error: FloatArray = flight.rate - rotate_to_body(signed_error(flight), turning[:, None, :])
+    return error
+
+
+def went_round(flight: Flight, flipped: bool) -> FloatArray:
+    """Return which craft end with the other sign of e_4 than they start with, (N,): those that go the long way."""
+    scalar = signed_error(flight, flipped)[..., 0]
+    other: FloatArray = scalar[0] * scalar[-1] < 0.0
+    return other
+
+
+class Replay(NamedTuple):
+    """What a law does on a flight that was flown: gamma (T, N), torque (T, N, 3) [N m]."""
+
+    gamma: FloatArray
+    torque: FloatArray
+
+
+def replay(flight: Flight, law: str, gains: Mapping[str, Any], until: float = np.inf) -> Replay:
+    """Give a law of the HSFC family what it measured on a flight, up to a time [s].
+
+    The adaptive gain does not depend on u2: with the gains of the flight but g0 = 1 the torque is u1.
+    """
+    steps = int(np.count_nonzero(flight.time[:-1] < until))
+    craft = flight.error.shape[1]
+    built = baselines.make(law, with_limit(flight.scenario, UNLIMITED), craft, **gains)
+    start = flight.scenario.initial_state.attitude
+    attitude = quaternion_from_mrp(flight.attitude)
+    if start is not None and start[0] < 0.0:
+        attitude = -attitude
+    reference = quaternion_from_mrp(flight.reference)
+    turning, turning_change = reference_motion(flight.scenario, flight.time)
+    gamma, torque = np.empty((steps, craft)), np.empty((steps, craft, 3))
+    for step in range(steps):
+        gamma[step] = built.memory["gamma"][:, 0]
+        torque[step] = built.act(
+            _measurement(attitude[step], flight.rate[step], reference[step], turning[step], turning_change[step])
+        )
+    return Replay(gamma, torque)
+
+
+def _measurement(
+    attitude: FloatArray, rate: FloatArray, reference: FloatArray, turning: FloatArray, turning_change: FloatArray
+) -> Measurement:
+    """Return what N craft with three wheels measure, as far as a law of the paper asks for it."""
+    craft = len(attitude)
+    return Measurement(
+        time=np.zeros(craft),
+        attitude=attitude,
+        rate=rate,
+        wheel_momentum=np.zeros((craft, 3)),
+        last_command=np.zeros((craft, 3)),
+        star_tracker_valid=np.ones(craft, dtype=np.bool_),
+        reference_attitude=reference,
+        reference_rate=np.broadcast_to(turning, (craft, 3)),
+        reference_acceleration=np.broadcast_to(turning_change, (craft, 3)),
+    )
+
+
+def largest_torque(scenario: Scenario, law: str, gains: Mapping[str, Any], states: int = 20000) -> float:
+    """Return the largest component of the torque [N m] at gamma(0) over random attitudes and rates below 1 rad/s."""
+    free = with_limit(scenario, UNLIMITED).replace(initial_state=InitialState(max_rate=1.0))
+    start = free.draw(0, states).initial
+    built = baselines.make(law, free, states, **gains)
+    identity = np.broadcast_to(np.array([1.0, 0.0, 0.0, 0.0]), (states, 4))
+    # At time zero w_d = 0 and w_d' is the largest.
+    turning, turning_change = reference_motion(free, np.zeros(1))
+    torque = built.act(_measurement(start["attitude"], start["rate"], identity, turning[0], turning_change[0]))
+    return float(np.abs(torque).max())
+
+
+def printed_bound(scenario: Scenario, effectiveness: float, gain: float = 5.0) -> float:
+    """Return the bound (21) [N m] with the numbers of (44), for g0 and k."""
+    largest = float(np.linalg.norm(scenario.spacecraft.inertia_matrix, 2))
+    return (gain + largest * (RATE**2 + ACCELERATION)) / effectiveness
+
+
+def held_to(flight: Flight, replayed: Replay, share: float) -> float:
+    """Return the share of time in which (36) holds: w_e'G u2 <= -(1 - g0) |u1| |w_e|.
+
+    Parameters
+    ----------
+    flight
+        A flight of HSFC.
+    replayed
+        u1 along it.
+    share
+        1 - g0.
+    """
+    first = replayed.torque[:, 0]
+    rate = rate_error(flight)[: len(first), 0]
+    second = flight.true_effectiveness[: len(first), 0] * (flight.command[: len(first), 0] - first)
+    power = np.einsum("ti,ti->t", rate, second)
+    asked = -share * np.linalg.norm(first, axis=1) * np.linalg.norm(rate, axis=1)
+    return float(np.mean(power <= asked + 1e-9))
+
+
+def energy_until(flight: Flight, until: float) -> float:
+    """Return the integral of the squared torques that the wheels of the first craft apply, up to a time [N^2 m^2 s]."""
+    return float(energy(flight)[flight.time <= until][-1])
+
+
+def energy(flight: Flight) -> FloatArray:
+    """Return the integral of the squared torques that the wheels of the first craft apply, (T + 1,) [N^2 m^2 s]."""
+    applied = flight.true_effectiveness[:, 0] * flight.command[:, 0] + flight.true_bias[:, 0]
+    spent = np.cumsum((applied**2).sum(axis=1)) * flight.scenario.control_period
+    return np.concatenate(([0.0], spent))
+
+
+def peak(flight: Flight) -> float:
+    """Return the largest torque commanded [N m]."""
+    return float(np.abs(flight.command).max())
+
+
+def arrival(flight: Flight, angle: float, window: float = 10.0) -> float:
+    """Return when the first craft's error falls below an angle [deg] for good [s].
+
+    Infinity if it is not below throughout the last ``window`` seconds: an error that swings about the angle is below it
+    at the end of some flight.
+    """
+    time = flight.settling(angle)
+    return time if time <= flight.time[-1] - window else float("inf")
+
+
+def arrived(flight: Flight, angle: float, window: float = 10.0) -> str:
+    """Say when the first craft's error falls below an angle [deg] for good."""
+    return seconds(arrival(flight, angle, window))
+
+
+def small(angle: float) -> str:
+    """Say how large an angle [deg] is, as far as it matters."""
+    return f"{angle:.3g} deg" if angle >= 1e-6 else "below 1e-6 deg"
