@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from ftac_gym.baselines.adaptation import LeakyAdaptation
 from ftac_gym.baselines.memory import Memory
-from ftac_gym.baselines.reaching import saturation
+from ftac_gym.baselines.reaching import saturation, soft_sign
 
 PERIOD = 0.1
 
@@ -87,3 +87,8 @@ def test_saturation_without_a_width_is_the_sign():
     values = np.array([-3.0, -1e-300, 0.0, 1e-300, 2.0])
     np.testing.assert_array_equal(saturation(values, 0.0), [-1.0, -1.0, 0.0, 1.0, 1.0])
     np.testing.assert_allclose(saturation(np.array([-1e-6, 1e-6]), 1e-9), [-1.0, 1.0])  # and the limit of small ones
+
+
+def test_the_soft_sign_stays_within_one_and_is_linear_at_zero():
+    values, width = np.array([-1e300, -2.0, 0.0, 1e-9, 2.0]), np.array([0.5])
+    np.testing.assert_allclose(soft_sign(values, width), [-1.0, -0.8, 0.0, 2e-9, 0.8], rtol=1e-8)

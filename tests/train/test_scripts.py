@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import gymnasium as gym
@@ -281,6 +282,21 @@ def test_evaluate_refuses_before_any_work(policies, reference, message, tmp_path
     with pytest.raises(SystemExit, match=message):
         evaluation.main(evaluation.Config(policies=policies, reference=reference, output=tmp_path))
     assert not list(tmp_path.iterdir())
+
+
+def test_evaluate_counts_what_is_not_surely_feasible_if_told_to():
+    """The label is cautious: the example of Chen et al. does not get it."""
+    evaluation = module_of("evaluate")
+    config = evaluation.Config(scenario="chen_2018", episodes=2, seed=0)
+    with pytest.raises(SystemExit, match=r"--episodes: scenario must have more feasible.*--count-infeasible"):
+        evaluation.draw(config, "chen_2018")
+    told = replace(config, count_infeasible=True)
+    episodes = evaluation.draw(told, "chen_2018")
+    assert episodes.digest() == scenarios.get("chen_2018").draw(0, 2).digest() and not episodes.feasible.any()
+    assert evaluation.counted(told, episodes).feasible.all()
+    assert evaluation.counted(config, episodes) is episodes
+    with pytest.raises(SystemExit, match=r"--episodes: count must be a positive integer, got 0$"):
+        evaluation.draw(replace(told, episodes=0), "chen_2018")
 
 
 def test_evaluate_refuses_an_unknown_scenario(tmp_path):

@@ -103,7 +103,7 @@ class ChenM1(ChenLaw):
         fuzzy_leak: float = 0.001,
         bound: Mapping[str, Any] | None = None,
         mirror: bool = False,
-        margin: float = 1e-4,
+        margin: float = 1e-5,
         attitude_filter_time: float = 0.0,
     ) -> None:
         super().__init__(scenario, num_craft, True, attitude_filter_time)

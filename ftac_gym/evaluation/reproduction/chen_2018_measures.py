@@ -50,7 +50,7 @@ def outside(flight: Flight, within: PrescribedBound | None = None) -> str:
 
 def transformed(flight: Flight, within: PrescribedBound | None = None) -> FloatArray:
     """Return |epsilon| (T + 1,), outside the bounds along its tangent, as M1 does."""
-    error = ErrorTransformation(within or bound(), 1e-4)(flight.attitude[:, 0], flight.time).error
+    error = ErrorTransformation(within or bound(), 1e-5)(flight.attitude[:, 0], flight.time).error
     size: FloatArray = np.linalg.norm(error, axis=1)
     return size
 

@@ -19,7 +19,8 @@ POINTS = 1500
 
 
 def _thinned(flight: Flight) -> tuple[slice, FloatArray]:
-    every = slice(None, None, max(1, len(flight.time) // POINTS))
+    # An odd stride: every second sample of a torque that chatters from step to step would show it at rest.
+    every = slice(None, None, max(1, len(flight.time) // POINTS) | 1)
     return every, flight.time[every]
 
 
@@ -142,7 +143,7 @@ def histories(lines: Mapping[str, tuple[FloatArray, FloatArray]], label: str, lo
     figure = Figure(figsize=(8.0, 3.6), layout="constrained")
     panel = figure.subplots()
     for (name, (time, values)), color in zip(lines.items(), cycle(COLORS), strict=False):
-        every = slice(None, None, max(1, len(time) // POINTS))
+        every = slice(None, None, max(1, len(time) // POINTS) | 1)
         panel.plot(time[every], values[every], color=color, label=name)
     panel.set(yscale="log" if logarithmic else "linear", xlabel="time [s]", ylabel=label)
     panel.grid(alpha=0.3)
