@@ -84,7 +84,8 @@ class BaselinePolicy:
         state
             Ignored: the state is in the baseline.
         episode_start
-            (N,) which craft have just been reset; None resets those whose clock stands at zero.
+            (N,) which craft have just been reset, so that the measurement is the first of their episode; None takes
+            those whose clock stands at zero. In NEXT_STEP mode that is one call after the one that ended the episode.
         deterministic
             Ignored: a baseline always is.
         """
