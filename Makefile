@@ -21,7 +21,7 @@ evaluate: $(STAMP)  ## compare the shipped agent with the baselines on identical
 	$(RUN) train/evaluate.py
 
 test: $(STAMP)  ## run the tests
-	$(RUN) -m pytest
+	$(RUN) -m pytest -n 2 --dist loadfile
 
 train: $(STAMP)  ## train the shipped agent again
 	$(RUN) train/train.py

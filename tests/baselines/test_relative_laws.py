@@ -123,7 +123,7 @@ def test_knowing_the_faults_helps(name):
         ("tsmc_class", {"linear": -1.0}, "linear must not be negative"),
         ("tsmc_class", {"guard": 0.0}, "guard must be positive"),
         ("tsmc_class", {"reaching_linear": -1.0}, "linear must not be negative"),
-        ("tsmc_class", {"reaching_power_gain": 0.0}, "power_gain must be positive"),
+        ("tsmc_class", {"reaching_power_gain": -1.0}, "reaching_power_gain must not be negative"),
         ("tsmc_class", {"reaching_exponent": 1.0}, r"exponent must lie within \(0, 1\)"),
         ("tsmc_class", {"attitude_filter_time": -1.0}, "attitude_filter_time must not be negative"),
         ("nftsm", {"terminal": -1.0}, "terminal must not be negative"),

@@ -69,7 +69,8 @@ def test_zero_residual_is_the_base_in_a_vector_environment(mode, name):
             everyone = {"reset_mask": np.ones(CRAFT, dtype=bool)}
             (observation, _), (result, _) = plain.reset(options=everyone), wrapped.reset(options=everyone)
     assert ends.min() >= 3 or mode == "Disabled"
-    assert ends.sum() >= 5 and lonely
+    # The law as Ma et al. print it brakes every craft, so that none tumbles: all end together.
+    assert ends.sum() >= 5 and lonely == (name != "hsfc")
 
 
 @pytest.mark.parametrize("fade", [{}, {"fade_angle": 2.5, "fade_floor": 0.2}], ids=["constant", "fading"])
