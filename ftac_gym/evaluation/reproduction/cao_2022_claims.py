@@ -9,7 +9,7 @@ import numpy as np
 from ftac_gym.baselines.observers import PRINTED_LEARNING
 from ftac_gym.evaluation.reproduction.cao_2022_plans import OBSERVERS, TIMES
 from ftac_gym.evaluation.reproduction.claims import Claim, judge
-from ftac_gym.evaluation.reproduction.flight import Flight
+from ftac_gym.evaluation.reproduction.flight import Flight, from_when
 from ftac_gym.evaluation.reproduction.variations import seconds, settled
 from ftac_gym.parameters import FloatArray
 
@@ -185,23 +185,15 @@ def _times(flights: Flights) -> list[Claim]:
     ]  # fmt: skip
 
 
-def _speed(flight: Flight) -> FloatArray:
-    speed: FloatArray = np.degrees(np.linalg.norm(flight.rate[:, 0], axis=1))
-    return speed
-
-
 def quiet_from(flight: Flight) -> float:
     """Return from when on the rate stays below 0.1 deg/s until the first fault [s]; infinity if it does not."""
-    speed = _speed(flight)[flight.time < ONSETS[0] - 1e-9]
-    moving = np.flatnonzero(speed > 0.1)
-    if len(moving) == 0:
-        return 0.0
-    return float(flight.time[moving[-1] + 1]) if moving[-1] + 1 < len(speed) else float("inf")
+    early = flight.time < ONSETS[0] - 1e-9
+    return from_when(flight.time[early], flight.speed()[early], 0.1)
 
 
 def shaken(flight: Flight) -> tuple[list[float], bool]:
     """Return by how much each fault raises the largest rate within two seconds [deg/s], and if it is as before then."""
-    speed, time = _speed(flight), flight.time
+    speed, time = flight.speed(), flight.time
     raised, recovered = [], True
     for onset in ONSETS:
         before = speed[(time >= onset - 0.5) & (time < onset)].max()

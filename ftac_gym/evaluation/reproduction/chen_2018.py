@@ -11,7 +11,6 @@ from ftac_gym.evaluation.reproduction.chen_2018_claims import claims
 from ftac_gym.evaluation.reproduction.chen_2018_measures import (
     accurate,
     changed,
-    energy_until,
     least,
     margin,
     outside,
@@ -115,7 +114,7 @@ def _steps(flights: Flights) -> Cells:
     table: Cells = [["step [ms]", *(f"{end:g} s" for end in ends), "least margin"]]
     for step in STEPS:
         flight = flights[f"step {step:g} s"]
-        table.append([f"{1000 * step:g}", *(f"{energy_until(flight, end):.0f}" for end in ends), margin(flight)])
+        table.append([f"{1000 * step:g}", *(f"{flight.energy(end):.0f}" for end in ends), margin(flight)])
     return table
 
 
@@ -148,7 +147,6 @@ def _turns(flights: Flights) -> Cells:
 def evaluate(flights: Mapping[str, Flight]) -> Reproduction:
     """Judge the claims and draw the figures."""
     compared = {name: flights[name] for name in SCHEMES}
-    theta = weight_bound(flights["M1"], "chen_m1")
     sizes = {
         "M1": (flights["M1"], bound()),
         "M1, lower = upper = 1": (flights["M1, lower = upper = 1"], changed(**SYMMETRIC)),
@@ -165,7 +163,7 @@ def evaluate(flights: Mapping[str, Flight]) -> Reproduction:
             "size of the transformed error [-]",
             logarithmic=True,
         ),
-        "theta": figures.histories({"M1": (flights["M1"].time[:-1], theta)}, "theta [-]"),
+        "theta": figures.histories({"M1": (flights["M1"].time, weight_bound(flights["M1"]))}, "theta [-]"),
         "schemes": figures.errors(
             {
                 **compared,
@@ -173,4 +171,4 @@ def evaluate(flights: Mapping[str, Flight]) -> Reproduction:
             }
         ),
     }
-    return Reproduction(claims(flights, theta), studies(flights), drawn)
+    return Reproduction(claims(flights), studies(flights), drawn)

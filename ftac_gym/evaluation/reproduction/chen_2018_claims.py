@@ -8,16 +8,15 @@ import numpy as np
 
 from ftac_gym.evaluation.reproduction.chen_2018_measures import (
     accurate,
-    below,
     changed,
     least,
     margin,
     overshoot,
     shrinking,
-    speed,
     theorem_radius,
     torque_size,
     transformed,
+    weight_bound,
     when,
 )
 from ftac_gym.evaluation.reproduction.chen_2018_plans import (
@@ -32,9 +31,8 @@ from ftac_gym.evaluation.reproduction.chen_2018_plans import (
     start_name,
 )
 from ftac_gym.evaluation.reproduction.claims import Claim, judge
-from ftac_gym.evaluation.reproduction.flight import Flight
+from ftac_gym.evaluation.reproduction.flight import Flight, from_when
 from ftac_gym.evaluation.reproduction.variations import seconds, settled
-from ftac_gym.parameters import FloatArray
 
 Flights = Mapping[str, Flight]
 
@@ -42,9 +40,9 @@ LEAK = 0.001
 """m1 [1/s]."""
 
 
-def claims(flights: Flights, theta: FloatArray) -> list[Claim]:
-    """Return the claims of the abstract, of section 5 and of the conclusion, for theta (T,) of M1's flight."""
-    return [*_bounds(flights), *_convergence(flights, theta), *_comparisons(flights), *_parts(flights)]
+def claims(flights: Flights) -> list[Claim]:
+    """Return the claims of the abstract, of section 5 and of the conclusion."""
+    return [*_bounds(flights), *_convergence(flights), *_comparisons(flights), *_parts(flights)]
 
 
 def _margins(flights: Flights, names: tuple[str, ...]) -> str:
@@ -129,10 +127,10 @@ def _bounds(flights: Flights) -> list[Claim]:
     ]  # fmt: skip
 
 
-def _convergence(flights: Flights, theta: FloatArray) -> list[Claim]:
+def _convergence(flights: Flights) -> list[Claim]:
     own, even = flights["M1"], flights["M1, lower = upper = 1"]
-    size = transformed(own)
-    near = {f"{limit:g}:": below(own, size, limit) for limit in (0.1, 0.05, 0.01)}
+    size, theta = transformed(own), weight_bound(own)
+    near = {f"{limit:g}:": from_when(own.time, size, limit) for limit in (0.1, 0.05, 0.01)}
     late = {name: (shrinking(flights[name], 0.3, 0.4), shrinking(flights[name], 0.8, 0.9))
             for name in ("M1", "M1, lower = upper = 1", "M2, healthy")}  # fmt: skip
     across = {name: float(overshoot(flights[name]).max()) for name in (*SCHEMES, "M2, healthy")}
@@ -189,8 +187,8 @@ def _convergence(flights: Flights, theta: FloatArray) -> list[Claim]:
 def _comparisons(flights: Flights) -> list[Claim]:
     schemes = {name: flights[name] for name in SCHEMES}
     own, even = flights["M1"], flights["M1, lower = upper = 1"]
-    peak = {name: float(speed(flight).max()) for name, flight in schemes.items()}
-    calm = {name: below(flight, speed(flight), 0.1) for name, flight in schemes.items()}
+    peak = {name: float(flight.speed().max()) for name, flight in schemes.items()}
+    calm = {name: from_when(flight.time, flight.speed(), 0.1) for name, flight in schemes.items()}
     turned = {name: float(flight.path_ratio()[0]) for name, flight in schemes.items()}
     best = [min(values, key=values.__getitem__) == "M1" for values in (peak, calm, turned)]
     torques = {**schemes, "M1 sampled": flights["hold 0.005 s, M1 sampled"]}

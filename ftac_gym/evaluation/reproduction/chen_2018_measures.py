@@ -8,13 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ftac_gym import baselines
-from ftac_gym.attitude import quaternion_from_mrp
 from ftac_gym.baselines.error_transformation import ErrorTransformation
 from ftac_gym.evaluation.reproduction.chen_2018_plans import bound
-from ftac_gym.evaluation.reproduction.flight import Flight
+from ftac_gym.evaluation.reproduction.flight import Flight, from_when
 from ftac_gym.evaluation.reproduction.variations import seconds
-from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray
 from ftac_gym.prescribed_bound import PrescribedBound
 
@@ -55,17 +52,9 @@ def transformed(flight: Flight, within: PrescribedBound | None = None) -> FloatA
     return size
 
 
-def below(flight: Flight, values: FloatArray, limit: float) -> float:
-    """Return from when on values (T + 1,) stay below a limit [s]; infinity if they do not."""
-    above = np.flatnonzero(~(values < limit))
-    if len(above) == 0:
-        return 0.0
-    return float(flight.time[above[-1] + 1]) if above[-1] + 1 < len(flight.time) else float("inf")
-
-
 def accurate(flight: Flight) -> float:
     """Return from when on every |sigma_i| stays below 1e-3 [s]; infinity if they do not."""
-    return below(flight, np.abs(flight.attitude[:, 0]).max(axis=1), ACCURACY)
+    return from_when(flight.time, np.abs(flight.attitude[:, 0]).max(axis=1), ACCURACY)
 
 
 def overshoot(flight: Flight) -> FloatArray:
@@ -75,12 +64,6 @@ def overshoot(flight: Flight) -> FloatArray:
     return across
 
 
-def speed(flight: Flight) -> FloatArray:
-    """Return |w| (T + 1,) [deg/s]."""
-    size: FloatArray = np.degrees(np.linalg.norm(flight.rate[:, 0], axis=1))
-    return size
-
-
 def shrinking(flight: Flight, start: float, end: float) -> float:
     """Return the mean of -d ln|sigma| / dt between two shares of the flight [1/s]."""
     at = [round(share * (len(flight.time) - 1)) for share in (start, end)]
@@ -88,40 +71,15 @@ def shrinking(flight: Flight, start: float, end: float) -> float:
     return float(np.log(size[0] / size[1]) / (flight.time[at[1]] - flight.time[at[0]]))
 
 
-def energy_until(flight: Flight, end: float) -> float:
-    """Return the integral of the squared torques that the wheels apply until a time [N^2 m^2 s]."""
-    early = flight.time[:-1] < end - 1e-9
-    applied = flight.true_effectiveness[early, 0] * flight.command[early, 0] + flight.true_bias[early, 0]
-    return float(np.sum(applied**2) * flight.scenario.control_period)
-
-
 def torque_size(flight: Flight) -> float:
     """Return the root of the mean square of the torques that the wheels apply [N m]."""
     return float(np.sqrt(flight.energy() / (flight.time[-1] * flight.command.shape[2])))
 
 
-def weight_bound(flight: Flight, law: str, gains: Mapping[str, Any] | None = None) -> FloatArray:
-    """Return theta (T,), by giving a law what the first craft of a flight has measured."""
-    replayed = baselines.make(law, flight.scenario, 1, **(gains or {}))
-    attitude, nothing = quaternion_from_mrp(flight.attitude[:, :1]), np.zeros((1, 3))
-    command = np.concatenate([np.zeros_like(flight.command[:1, :1]), flight.command[:, :1]])
-    values = np.empty(len(flight.command))
-    for step in range(len(values)):
-        replayed.act(
-            Measurement(
-                time=flight.time[step : step + 1],
-                attitude=attitude[step],
-                rate=flight.rate[step, :1],
-                wheel_momentum=np.zeros_like(command[step]),
-                last_command=command[step],
-                star_tracker_valid=np.array([True]),
-                reference_attitude=np.array([[1.0, 0.0, 0.0, 0.0]]),
-                reference_rate=nothing,
-                reference_acceleration=nothing,
-            )
-        )
-        values[step] = replayed.memory["weight_bound"][0, 0]
-    return values
+def weight_bound(flight: Flight) -> FloatArray:
+    """Return theta (T + 1,) of a flight that kept it."""
+    theta: FloatArray = flight.memory["weight_bound"][:, 0, 0]
+    return theta
 
 
 def theorem_radius() -> float:

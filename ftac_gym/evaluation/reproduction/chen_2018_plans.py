@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
@@ -76,6 +77,7 @@ def plans() -> dict[str, Plan]:
     paper = printed()
     healthy = paper.replace(faults=None)
     found = {name: Plan(paper, LAWS[name]) for name in SCHEMES}
+    found["M1"] = replace(found["M1"], kept=("weight_bound",))
     found.update({f"{name}, healthy": Plan(healthy, LAWS[name]) for name in SCHEMES})
     found.update({f"M1, {limit:g} N m": Plan(with_limit(paper, limit), "chen_m1") for limit in LIMITS})
     rocking = scenarios.get("chen_2018_rate_torque")

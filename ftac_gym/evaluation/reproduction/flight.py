@@ -35,6 +35,8 @@ class Plan:
     flipped
         Whether the quaternions at the start have the other sign, which is the same attitude: a law that tells the two
         apart goes another way.
+    kept
+        Names in the law's memory whose histories are recorded.
     """
 
     scenario: Scenario
@@ -43,6 +45,15 @@ class Plan:
     seed: int = 0
     craft: int = 1
     flipped: bool = False
+    kept: tuple[str, ...] = ()
+
+
+def from_when(time: FloatArray, values: FloatArray, limit: float) -> float:
+    """Return from when on values (T,) at times (T,) [s] stay below a limit [s]; infinity if they do not."""
+    above = np.flatnonzero(~(values < limit))
+    if len(above) == 0:
+        return 0.0
+    return float(time[above[-1] + 1]) if above[-1] + 1 < len(time) else float("inf")
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +84,8 @@ class Flight:
         (T, N, m) which wheels had sustained torque; None without an observer.
     true_effectiveness, true_bias
         (T, N, m) the truth.
+    memory
+        (T + 1, N, ...) what the plan asked to keep of the law's memory, by name.
     """
 
     scenario: Scenario
@@ -89,22 +102,30 @@ class Flight:
     disturbance: FloatArray | None = None
     rate_mismatch: FloatArray | None = None
     identifiable: FloatArray | None = None
+    memory: Mapping[str, FloatArray] = field(default_factory=dict)
 
     def settling(self, angle: float, craft: int = 0) -> float:
         """Return when the error of a craft falls below an angle [deg] for good [s]; infinity if it never does."""
-        outside = np.flatnonzero(~(self.error[:, craft] < angle))
-        if len(outside) == 0:
-            return 0.0
-        return float(self.time[outside[-1] + 1]) if outside[-1] + 1 < len(self.time) else float("inf")
+        return from_when(self.time, self.error[:, craft], angle)
 
     def steady(self, window: float = 10.0) -> float:
         """Return the largest error in the last ``window`` seconds [deg], of all craft."""
         return float(self.error[self.time >= self.time[-1] - window].max())
 
-    def energy(self, craft: int = 0) -> float:
-        """Return the integral of the squared torques that the wheels of a craft apply [N^2 m^2 s]."""
-        applied = self.true_effectiveness[:, craft] * self.command[:, craft] + self.true_bias[:, craft]
-        return float(np.sum(applied**2) * self.scenario.control_period)
+    def spent(self) -> FloatArray:
+        """Return the integral of the squared torques that the wheels of the first craft apply, (T + 1,) [N^2 m^2 s]."""
+        applied = self.true_effectiveness[:, 0] * self.command[:, 0] + self.true_bias[:, 0]
+        spent = np.cumsum((applied**2).sum(axis=1)) * self.scenario.control_period
+        return np.concatenate(([0.0], spent))
+
+    def energy(self, until: float = np.inf) -> float:
+        """Return the same up to a time [s]."""
+        return float(self.spent()[self.time <= until + 1e-9][-1])
+
+    def speed(self) -> FloatArray:
+        """Return the magnitude of the first craft's rate, (T + 1,) [deg/s]."""
+        speed: FloatArray = np.degrees(np.linalg.norm(self.rate[:, 0], axis=1))
+        return speed
 
     def path_ratio(self) -> FloatArray:
         """Return the angle turned over the shortest one, (N,), for a reference at rest."""
@@ -162,10 +183,13 @@ def fly(plan: Plan) -> Flight:
     attitude, reference = np.empty((steps + 1, craft, 4)), np.empty((steps + 1, craft, 4))
     command = np.empty((steps, craft, wheels))
     estimates: dict[str, list[Any]] = {name: [] for name in _ESTIMATES}
+    memory: dict[str, list[FloatArray]] = {name: [] for name in plan.kept}
     for step in range(steps + 1):
         state = simulator.state
         attitude[step], rate[step], reference[step] = state.attitude, state.rate, simulator.reference_attitude
         error[step] = np.degrees(angle_between(state.attitude, simulator.reference_attitude))
+        for name, history in memory.items():
+            history.append(law.memory[name])
         if step == steps:
             break
         measurement = simulator.measurement(truth=law.information == "oracle")
@@ -189,6 +213,7 @@ def fly(plan: Plan) -> Flight:
         command=command,
         true_effectiveness=true_effectiveness,
         true_bias=true_bias,
+        memory={name: np.array(history) for name, history in memory.items()},
         **kept,
     )
 

@@ -15,19 +15,17 @@ from ftac_gym.evaluation.reproduction.ma_2023_motion import (
     ACCELERATION,
     RATE,
     arrived,
-    energy,
     largest_torque,
     peak,
     printed_bound,
-    replay,
     signed_error,
     small,
     went_round,
 )
 from ftac_gym.evaluation.reproduction.ma_2023_plans import (
+    ADAPTING,
     ANGLES,
     FAULTY,
-    HEALTHY,
     HELD,
     PACES,
     PERIODS,
@@ -130,9 +128,9 @@ def margins(flight: Flight, gamma: FloatArray, adaptation: float, smoothing: flo
 
 def _starts(flights: Mapping[str, Flight]) -> Cells:
     flight = flights["starts, printed"]
-    replayed = replay(flight, "hsfc", PRINTED_HEALTHY, until=15.0)
+    gamma = flight.memory["gamma"][flight.time < 15.0, :, 0]
     gains = PRINTED_HEALTHY["adaptation"], PRINTED_HEALTHY["smoothing"]
-    margin, left = margins(flight, replayed.gamma, *gains), stays(flight)
+    margin, left = margins(flight, gamma, *gains), stays(flight)
     heading = ["angle [deg]", "starts", "g^2 > 2 alpha k |e_v|^2 / delta", "end within 0.1 deg", "both alike"]
     table: Cells = [[*heading, "largest error left", "g left at 15 s"]]
     for low, high in ((5, 30), (30, 60), (60, 90), (90, 120), (120, 150), (150, 175)):
@@ -141,9 +139,9 @@ def _starts(flights: Mapping[str, Flight]) -> Cells:
             continue
         alike = int(((margin[some] > 0.0) == ~left[some]).sum())
         counts = [f"{int(count)}" for count in (some.sum(), (margin[some] > 0.0).sum(), (~left[some]).sum(), alike)]
-        gamma = replayed.gamma[-1, some]
+        last = gamma[-1, some]
         table.append([f"{low} to {high}", *counts, small(flight.error[-1, some].max()),
-                      f"{gamma.min():.2g} to {gamma.max():.2g}"])  # fmt: skip
+                      f"{last.min():.2g} to {last.max():.2g}"])  # fmt: skip
     return table
 
 
@@ -204,12 +202,11 @@ def _holds(flights: Mapping[str, Flight]) -> Cells:
 def _gammas(flights: Mapping[str, Flight]) -> dict[str, tuple[FloatArray, FloatArray]]:
     """Return the adaptive gains of flights of both examples."""
     lines = {}
-    chosen = {"5.1": FAULTY, "5.2": HEALTHY}
-    for name in ("5.1, printed", "5.1, without u2", "5.1, |u1_i|, g0 = 0.6", "5.2, printed", "5.2, gains of 5.1"):
+    for name in ADAPTING:
         flight = flights[name]
-        law, gains = chosen[name[:3]][name[5:]]
-        gamma = replay(flight, law, gains, until=30.0).gamma[:, 0]
-        lines[name] = flight.time[: len(gamma)], np.where(gamma > SMALLEST, gamma, np.nan)
+        early = flight.time < 30.0
+        gamma = flight.memory["gamma"][early, 0, 0]
+        lines[name] = flight.time[early], np.where(gamma > SMALLEST, gamma, np.nan)
     return lines
 
 
@@ -241,7 +238,7 @@ def evaluate(flights: Mapping[str, Flight]) -> Reproduction:
         ),
         "unwinding": figures.histories({name: _scalar(flight) for name, flight in scalars.items()}, "e4 [-]"),
         "energy": figures.histories(
-            {name: (flight.time, energy(flight)) for name, flight in turned.items()}, "energy [N^2 m^2 s]"
+            {name: (flight.time, flight.spent()) for name, flight in turned.items()}, "energy [N^2 m^2 s]"
         ),
     }
     return Reproduction(claims(flights), studies(flights), drawn)

@@ -12,12 +12,12 @@ from ftac_gym.evaluation.reproduction.ma_2023_comparisons import comparisons
 from ftac_gym.evaluation.reproduction.ma_2023_motion import (
     arrival,
     arrived,
+    first_torque,
     held_to,
     largest_torque,
     peak,
     printed_bound,
     rate_error,
-    replay,
     small,
 )
 from ftac_gym.evaluation.reproduction.ma_2023_plans import FAULTY, SMOOTHINGS
@@ -89,7 +89,7 @@ def _compensation(flights: Flights) -> list[Claim]:
     long, along, componentwise = (flights[f"5.1, {name}"] for name in ("printed, long", "along S", "|u1_i|, g0 = 0.2"))
     speed, within = creeping(printed)
     sign, whole = flights["5.1, sign"], flights["5.1, printed, no fault"]
-    first = replay(printed, "hsfc", FAULTY["without u2"][1])
+    first = first_torque(printed)
     paired = {name: (flights[f"5.1, {name}, no fault"], flights[f"5.1, {name}"]) for name in ("printed", USABLE)}
     return [
         Claim(

@@ -11,7 +11,6 @@ from ftac_gym.evaluation.reproduction.flight import Flight
 from ftac_gym.evaluation.reproduction.ma_2023_motion import (
     arrival,
     arrived,
-    energy_until,
     peak,
     signed_error,
     small,
@@ -97,8 +96,7 @@ def _unwinding(flights: Flights) -> list[Claim]:
 def _energies(flights: Flights, names: tuple[str, ...]) -> str:
     chosen = {name: flights[f"5.2, {name}"] for name in names}
     return ", ".join(
-        f"{name} {flight.energy():.0f} ({energy_until(flight, EARLY):.0f} by {EARLY:g} s)"
-        for name, flight in chosen.items()
+        f"{name} {flight.energy():.0f} ({flight.energy(EARLY):.0f} by {EARLY:g} s)" for name, flight in chosen.items()
     )
 
 
@@ -106,12 +104,12 @@ def _energy(flights: Flights) -> list[Claim]:
     names = ("printed", "gains of 5.1", "floor", "AFNTSMC", "AFNTSMC, other sign", "AFNTSMC, unlimited")
     spent = {name: flights[f"5.2, {name}"].energy() for name in (*names, "printed, h = 1", "gains of 5.1, h = 1")}
     pairs = {"AFNTSMC": "AFNTSMC, other sign", "gains of 5.1, h = 1": "gains of 5.1"}
-    early = {name: energy_until(flights[f"5.2, {name}"], EARLY) for name in names}
+    early = {name: flights[f"5.2, {name}"].energy(EARLY) for name in names}
     return [
         Claim(
             "sec. 5.2, Fig. 10", "HSFC needs less energy than AFNTSMC",
             f"integral of the squared torque [N^2 m^2 s]: {_energies(flights, names)}; printed, sampled at 0.5 ms, "
-            f"{energy_until(flights['step: 0.0005 s'], EARLY):.0f} by {EARLY:g} s",
+            f"{flights['step: 0.0005 s'].energy(EARLY):.0f} by {EARLY:g} s",
             judge(spent["printed"] < spent["AFNTSMC"], spent["gains of 5.1"] < spent["AFNTSMC"]
                   and early["printed"] < early["AFNTSMC"]),
             f"gains of 5.1, or by {EARLY:g} s: later the printed gains have let g go to zero and the sampled torque "
@@ -133,8 +131,8 @@ def _output_feedback(flights: Flights) -> list[Claim]:
     faulty = {name: flights[f"5.1, {name}"] for name in ("printed", "without u2", "|u1_i|, g0 = 0.6", *names[2:])}
     calm = {name: flights[f"5.2, {name}, no disturbance"] for name in names[:3]}
     usable, mended, rival = healthy["gains of 5.1"], faulty["|u1_i|, g0 = 0.6"], healthy["SHOPD+"]
-    costs = {name: (peak(flight), energy_until(flight, EARLY), flight.energy()) for name, flight in healthy.items()}
-    struck = {name: (peak(flight), energy_until(flight, EARLY), flight.energy()) for name, flight in faulty.items()}
+    costs = {name: (peak(flight), flight.energy(EARLY), flight.energy()) for name, flight in healthy.items()}
+    struck = {name: (peak(flight), flight.energy(EARLY), flight.energy()) for name, flight in faulty.items()}
 
     def less(mine: tuple[float, ...], theirs: tuple[float, ...]) -> bool:
         return all(own < other for own, other in zip(mine, theirs, strict=True))

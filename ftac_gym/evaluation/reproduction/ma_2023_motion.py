@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ftac_gym import baselines
 from ftac_gym.attitude import quaternion_conjugate, quaternion_from_mrp, quaternion_product, rotate_to_body
+from ftac_gym.evaluation.inverse_dynamics import reference_motion
 from ftac_gym.evaluation.reproduction.flight import Flight
 from ftac_gym.evaluation.reproduction.variations import UNLIMITED, seconds, with_limit
 from ftac_gym.initial_state import InitialState
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray
-from ftac_gym.references import RateProfile
 from ftac_gym.scenario import Scenario
 
 RATE, ACCELERATION = 0.05, 4.71e-3
@@ -44,20 +44,9 @@ def signed_error(flight: Flight, flipped: bool = False) -> FloatArray:
     return lifted
 
 
-def reference_motion(scenario: Scenario, time: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return w_d [rad/s] and w_d' [rad/s^2], each (T, 3) in the reference's axes, at times (T,) [s]."""
-    reference = scenario.reference
-    if not isinstance(reference, RateProfile):
-        nothing = np.zeros((len(time), 3))
-        return nothing, nothing
-    amplitude, frequency = np.array(reference.amplitude), np.array(reference.frequency)
-    angle = time[:, None] * frequency
-    return amplitude * np.sin(angle), amplitude * frequency * np.cos(angle)
-
-
 def rate_error(flight: Flight) -> FloatArray:
     """Return w_e (T + 1, N, 3) [rad/s]."""
-    turning = reference_motion(flight.scenario, flight.time)[0]
+    turning = reference_motion(flight.scenario.draw(0, 1), flight.time).rate
     error: FloatArray = flight.rate - rotate_to_body(signed_error(flight), turning[:, None, :])
     return error
 
@@ -69,34 +58,18 @@ def went_round(flight: Flight, flipped: bool) -> FloatArray:
     return other
 
 
-class Replay(NamedTuple):
-    """What a law does on a flight that was flown: gamma (T, N), torque (T, N, 3) [N m]."""
+def first_torque(flight: Flight) -> FloatArray:
+    """Return u1 (T, N, 3) [N m] along a flight of HSFC as printed, by giving the law without u2 what was measured.
 
-    gamma: FloatArray
-    torque: FloatArray
-
-
-def replay(flight: Flight, law: str, gains: Mapping[str, Any], until: float = np.inf) -> Replay:
-    """Give a law of the HSFC family what it measured on a flight, up to a time [s].
-
-    The adaptive gain does not depend on u2: with the gains of the flight but g0 = 1 the torque is u1.
+    The adaptive gain does not depend on u2.
     """
-    steps = int(np.count_nonzero(flight.time[:-1] < until))
     craft = flight.error.shape[1]
-    built = baselines.make(law, with_limit(flight.scenario, UNLIMITED), craft, **gains)
-    start = flight.scenario.initial_state.attitude
-    attitude = quaternion_from_mrp(flight.attitude)
-    if start is not None and start[0] < 0.0:
-        attitude = -attitude
-    reference = quaternion_from_mrp(flight.reference)
-    turning, turning_change = reference_motion(flight.scenario, flight.time)
-    gamma, torque = np.empty((steps, craft)), np.empty((steps, craft, 3))
-    for step in range(steps):
-        gamma[step] = built.memory["gamma"][:, 0]
-        torque[step] = built.act(
-            _measurement(attitude[step], flight.rate[step], reference[step], turning[step], turning_change[step])
-        )
-    return Replay(gamma, torque)
+    built = baselines.make("hsfc", with_limit(flight.scenario, UNLIMITED), craft, smallest_effectiveness=1.0)
+    attitude, reference = quaternion_from_mrp(flight.attitude), quaternion_from_mrp(flight.reference)
+    motion = reference_motion(flight.scenario.draw(0, 1), flight.time)
+    measured = (attitude, flight.rate, reference, motion.rate, motion.acceleration)
+    steps = len(flight.command)
+    return np.array([built.act(_measurement(*(part[step] for part in measured))) for step in range(steps)])
 
 
 def _measurement(
@@ -120,12 +93,13 @@ def _measurement(
 def largest_torque(scenario: Scenario, law: str, gains: Mapping[str, Any], states: int = 20000) -> float:
     """Return the largest component of the torque [N m] at gamma(0) over random attitudes and rates below 1 rad/s."""
     free = with_limit(scenario, UNLIMITED).replace(initial_state=InitialState(max_rate=1.0))
-    start = free.draw(0, states).initial
+    episodes = free.draw(0, states)
+    start = episodes.initial
     built = baselines.make(law, free, states, **gains)
     identity = np.broadcast_to(np.array([1.0, 0.0, 0.0, 0.0]), (states, 4))
     # At time zero w_d = 0 and w_d' is the largest.
-    turning, turning_change = reference_motion(free, np.zeros(1))
-    torque = built.act(_measurement(start["attitude"], start["rate"], identity, turning[0], turning_change[0]))
+    motion = reference_motion(episodes, np.zeros(1))
+    torque = built.act(_measurement(start["attitude"], start["rate"], identity, motion.rate[0], motion.acceleration[0]))
     return float(np.abs(torque).max())
 
 
@@ -135,36 +109,24 @@ def printed_bound(scenario: Scenario, effectiveness: float, gain: float = 5.0) -
     return (gain + largest * (RATE**2 + ACCELERATION)) / effectiveness
 
 
-def held_to(flight: Flight, replayed: Replay, share: float) -> float:
+def held_to(flight: Flight, first: FloatArray, share: float) -> float:
     """Return the share of time in which (36) holds: w_e'G u2 <= -(1 - g0) |u1| |w_e|.
 
     Parameters
     ----------
     flight
         A flight of HSFC.
-    replayed
-        u1 along it.
+    first
+        u1 along it, (T, N, 3) [N m].
     share
         1 - g0.
     """
-    first = replayed.torque[:, 0]
-    rate = rate_error(flight)[: len(first), 0]
-    second = flight.true_effectiveness[: len(first), 0] * (flight.command[: len(first), 0] - first)
+    first = first[:, 0]
+    rate = rate_error(flight)[:-1, 0]
+    second = flight.true_effectiveness[:, 0] * (flight.command[:, 0] - first)
     power = np.einsum("ti,ti->t", rate, second)
     asked = -share * np.linalg.norm(first, axis=1) * np.linalg.norm(rate, axis=1)
     return float(np.mean(power <= asked + 1e-9))
-
-
-def energy_until(flight: Flight, until: float) -> float:
-    """Return the integral of the squared torques that the wheels of the first craft apply, up to a time [N^2 m^2 s]."""
-    return float(energy(flight)[flight.time <= until][-1])
-
-
-def energy(flight: Flight) -> FloatArray:
-    """Return the integral of the squared torques that the wheels of the first craft apply, (T + 1,) [N^2 m^2 s]."""
-    applied = flight.true_effectiveness[:, 0] * flight.command[:, 0] + flight.true_bias[:, 0]
-    spent = np.cumsum((applied**2).sum(axis=1)) * flight.scenario.control_period
-    return np.concatenate(([0.0], spent))
 
 
 def peak(flight: Flight) -> float:

@@ -60,6 +60,9 @@ WAYS: dict[str, Law] = {
 HELD = ("printed", "|u1_i|, g0 = 0.6", "without u2", "along S", "floor", "AFNTSMC", "SHOPD+")
 """Laws of section 5.1 that are sampled."""
 
+ADAPTING = ("5.1, printed", "5.1, without u2", "5.1, |u1_i|, g0 = 0.6", "5.2, printed", "5.2, gains of 5.1")
+"""Flights whose adaptive gain is drawn."""
+
 ANGLES = (20, 60, 100, 140, 165, 175)
 PERIODS = (0.001, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2)
 STEPS = (0.01, 0.002, 0.001, 0.0005)
@@ -72,7 +75,8 @@ SIGNS = ("q4 > 0", "q4 < 0")
 def plans() -> dict[str, Plan]:
     """Return every flight that the claims and the studies need, by name."""
     faulty, healthy = scenarios.get("ma_2023_faulty"), scenarios.get("ma_2023_unwinding")
-    return {**_faulty(faulty), **_healthy(healthy), **_ways(healthy), **_variations(faulty, healthy)}
+    found = {**_faulty(faulty), **_healthy(healthy), **_ways(healthy), **_variations(faulty, healthy)}
+    return {**found, **{name: replace(found[name], kept=("gamma",)) for name in (*ADAPTING, "starts, printed")}}
 
 
 def _faulty(paper: Scenario) -> dict[str, Plan]:

@@ -74,3 +74,29 @@ def test_variations_change_what_they_say():
     slow = sampled(CAO, 0.2, 4.0)
     assert (slow.control_period, slow.physics_step, slow.duration) == (0.2, 0.01, 4.0)
     assert fly(Plan(with_limit(sampled(CAO, 0.05, 1.0), 0.5), "ptc")).saturated() > 0.5
+
+
+def test_energy_is_that_of_the_torques_the_wheels_apply(flight):
+    applied = flight.true_effectiveness[:, 0] * flight.command[:, 0]
+    each = (applied**2).sum(axis=1) * CAO.control_period
+    spent = flight.spent()
+    assert spent.shape == flight.time.shape and spent[0] == 0.0
+    assert flight.energy() == spent[-1] == pytest.approx(each.sum())
+    assert flight.energy(6.0) == pytest.approx(each[flight.time[:-1] < 6.0 - 1e-9].sum())
+    assert flight.energy(0.0) == 0.0
+
+
+def test_speed_is_the_rate_in_degrees(flight):
+    assert np.allclose(flight.speed(), np.degrees(np.sqrt((flight.rate[:, 0] ** 2).sum(axis=1))))
+
+
+def test_a_plan_keeps_what_it_asks_for_of_the_laws_memory():
+    """Gamma at the start, and what the law has at the end; nothing else is kept."""
+    task = sampled(scenarios.get("ma_2023_faulty"), 0.05, 2.0)
+    kept = fly(Plan(task, "hsfc", craft=2, kept=("gamma",)))
+    gamma = kept.memory["gamma"]
+    assert set(kept.memory) == {"gamma"} and gamma.shape == (41, 2, 1)
+    assert (gamma[0] == 2.5).all() and (np.diff(gamma[:, 0, 0]) != 0.0).all()
+    shorter = fly(Plan(sampled(task, 0.05, 1.0), "hsfc", craft=2, kept=("gamma",)))
+    assert np.array_equal(shorter.memory["gamma"], gamma[:21])
+    assert not fly(Plan(sampled(task, 0.05, 0.1), "hsfc")).memory
