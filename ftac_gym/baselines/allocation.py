@@ -163,6 +163,12 @@ def _in_plane(normal: FloatArray, axes: FloatArray) -> list[tuple[FloatArray, Fl
     return solutions
 
 
+def limit_each(command: FloatArray, limits: FloatArray) -> FloatArray:
+    """Hold wheel torques (N, m) within their limits (m,), each wheel by itself, as the wheels would."""
+    limited: FloatArray = np.minimum(np.maximum(command, -limits), limits)
+    return limited
+
+
 def scale_to_limits(command: FloatArray, limits: FloatArray) -> FloatArray:
     """Shrink wheel torques (N, m) that exceed their limits (m,) so that the torque on the body keeps its direction."""
     excess = (np.abs(command) / limits).max(axis=1, keepdims=True)

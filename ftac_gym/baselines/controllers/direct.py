@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from ftac_gym.baselines.allocation import MinimaxAllocation, scale_to_limits
+from ftac_gym.baselines.allocation import MinimaxAllocation, limit_each, scale_to_limits
 from ftac_gym.baselines.baseline import Baseline
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter
 from ftac_gym.baselines.relative_motion import RelativeMotion, relative_motion
@@ -50,7 +48,4 @@ class DirectLaw(Baseline):
     def _to_wheels(self, torque: FloatArray) -> FloatArray:
         """Return wheel torques (N, m) [N m] within the limits that give a torque (N, 3), as far as they can."""
         command = self._minimax(torque)
-        if self._redundant:
-            return scale_to_limits(command, self._torque_limits)
-        limited: FloatArray = np.minimum(np.maximum(command, -self._torque_limits), self._torque_limits)
-        return limited
+        return (scale_to_limits if self._redundant else limit_each)(command, self._torque_limits)

@@ -90,8 +90,3 @@ class FaultTolerantLaw(Baseline):
         if estimate.bias is not None:
             torque = torque - estimate.bias @ self._axes_transposed
         return self._allocation(torque, estimate.effectiveness)
-
-    def _limited(self, command: FloatArray) -> FloatArray:
-        """Return wheel torques within the limits, each wheel by itself, as the wheels would."""
-        limited: FloatArray = np.minimum(np.maximum(command, -self._torque_limits), self._torque_limits)
-        return limited

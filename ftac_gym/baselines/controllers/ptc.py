@@ -11,6 +11,7 @@ from ftac_gym.attitude import (
     mrp_derivative,
     mrp_from_quaternion,
 )
+from ftac_gym.baselines.allocation import limit_each
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantLaw
 from ftac_gym.baselines.predefined_time import PredefinedTime, PredefinedTimeSliding
 from ftac_gym.baselines.reaching import switching
@@ -148,4 +149,4 @@ class PTC(FaultTolerantLaw):
         torque = gyroscopic - angular_velocity_from_mrp(sigma, wanted) @ self._inertia
         if self._as_torque:
             torque = torque - switched
-        return self._limited(self._to_wheels(torque, self._faults.update(measurement)))
+        return limit_each(self._to_wheels(torque, self._faults.update(measurement)), self._torque_limits)

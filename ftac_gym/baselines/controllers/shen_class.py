@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from ftac_gym.baselines.adaptation import LeakyAdaptation
+from ftac_gym.baselines.allocation import limit_each
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantLaw
 from ftac_gym.baselines.observers.rate_predictor import RatePredictor
 from ftac_gym.baselines.relative_motion import relative_motion
@@ -125,4 +126,4 @@ class ShenClass(FaultTolerantLaw):
             gain = gain + along / (square + self._regularisation**2)
         self._bound.update(growth * square / soft)
         torque = np.minimum(np.maximum(gain, 0.0), self._largest / np.maximum(length, 1e-300)) * -variable
-        return self._limited(self._allocation(torque, None))
+        return limit_each(self._allocation(torque, None), self._torque_limits)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+from ftac_gym.baselines.allocation import limit_each
 from ftac_gym.baselines.anti_saturation import AntiSaturation
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantLaw
 from ftac_gym.baselines.estimate import FaultEstimate
@@ -90,7 +91,7 @@ class ZhangZhou(FaultTolerantLaw):
         torque = acceleration @ self._inertia - self._network.torque(measurement.rate, variable)
         torque += self._gyroscopic.torque(measurement.rate, measurement.wheel_momentum)
         raw = self._to_wheels(torque, estimate)
-        limited = self._limited(raw)
+        limited = limit_each(raw, self._torque_limits)
         if self._auxiliary is not None:
             self._auxiliary.update(limited - raw, None if estimate is None else estimate.effectiveness)
         return limited
