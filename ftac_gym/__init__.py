@@ -69,7 +69,9 @@ def _register(environment_id: str, scenario: str) -> None:
 
 _register("SpacecraftFTC-v0", "flagship")
 _register("SpacecraftFTCTracking-v0", "flagship_tracking")
+_register("SpacecraftFTCFlexible-v0", "flexible")
 _register("SpacecraftFTCZhangZhou2019-v0", "zhang_zhou_2019")
 _register("SpacecraftFTCCao2022-v0", "cao_2022")
+_register("SpacecraftFTCLi2023-v0", "li_2023")
 _register("SpacecraftFTCMa2023-v0", "ma_2023_faulty")
 _register("SpacecraftFTCChen2018-v0", "chen_2018")

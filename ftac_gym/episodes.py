@@ -53,6 +53,8 @@ class Episodes:
         SET_POINT records (N, points).
     feasible
         (N,) whether the remaining wheels can do the task; see :mod:`ftac_gym.feasibility`.
+    modes
+        MODE records (N, k) of the vibration modes; k = 0 for rigid craft.
     """
 
     scenario_json: str
@@ -69,6 +71,7 @@ class Episodes:
     reference: RecordArray
     set_points: RecordArray
     feasible: npt.NDArray[np.bool_]
+    modes: RecordArray
 
     def __len__(self) -> int:
         """Number of episodes N."""
@@ -109,6 +112,8 @@ class Episodes:
         """
         state = hashlib.sha256(self.scenario_json.encode())
         for name, array in self.arrays().items():
+            if name == "modes" and array.shape[1] == 0:
+                continue  # Rigid craft have the digest that they had before there were others.
             state.update(f"{name}{array.shape}{json.dumps(array.dtype.descr)}".encode())
             _hash_numbers(state, array)
         return state.hexdigest()

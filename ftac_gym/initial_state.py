@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -23,11 +23,19 @@ from ftac_gym.parameters import (
     unit_quaternion,
     vector,
 )
+from ftac_gym.serialization import LATER_PART
+
+_MODAL = ("modal_displacement", "modal_rate")
 
 
-def initial_dtype(wheels: int) -> np.dtype[np.void]:
-    """Return the record of a start: attitude (4,), rate (3,) [rad/s], wheel_momentum (wheels,) [N m s]."""
-    return np.dtype([("attitude", "f8", (4,)), ("rate", "f8", (3,)), ("wheel_momentum", "f8", (wheels,))])
+def initial_dtype(wheels: int, modes: int = 0) -> np.dtype[np.void]:
+    """Return the record of a start: attitude (4,), rate (3,) [rad/s], wheel_momentum (wheels,) [N m s].
+
+    A flexible craft has modal_displacement (modes,) [kg^1/2 m] and modal_rate (modes,) [kg^1/2 m/s] too.
+    """
+    rigid = [("attitude", "f8", (4,)), ("rate", "f8", (3,)), ("wheel_momentum", "f8", (wheels,))]
+    flexible = [("modal_displacement", "f8", (modes,)), ("modal_rate", "f8", (modes,))]
+    return np.dtype(rigid + flexible if modes else rigid)
 
 
 @dataclass(frozen=True)
@@ -49,6 +57,8 @@ class InitialState:
         Momentum of each wheel [N m s]: one interval for all wheels.
     fixed_wheel_momentum
         Momentum of each wheel [N m s], one number per wheel; None draws from ``wheel_momentum``.
+    modal_displacement, modal_rate
+        Displacement [kg^1/2 m] and rate [kg^1/2 m/s] of each vibration mode: one interval per mode; None is at rest.
     """
 
     attitude: Vector | None = None
@@ -57,6 +67,8 @@ class InitialState:
     max_rate: float = 0.0
     wheel_momentum: Interval = 0.0
     fixed_wheel_momentum: Vector | None = None
+    modal_displacement: tuple[Interval, ...] | None = field(default=None, metadata=LATER_PART)
+    modal_rate: tuple[Interval, ...] | None = field(default=None, metadata=LATER_PART)
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
@@ -73,6 +85,11 @@ class InitialState:
         if self.fixed_wheel_momentum is not None:
             momentum = vector(self.fixed_wheel_momentum, len(self.fixed_wheel_momentum), "fixed_wheel_momentum")
             object.__setattr__(self, "fixed_wheel_momentum", momentum)
+        for name in _MODAL:
+            if (values := getattr(self, name)) is not None:
+                require(isinstance(values, (tuple, list)), name, "must have one entry per mode", values)
+                checked = tuple(interval(value, f"{name}[{mode}]") for mode, value in enumerate(values))
+                object.__setattr__(self, name, checked)
 
     @classmethod
     def fixed(
@@ -90,11 +107,11 @@ class InitialState:
             return replace(start, wheel_momentum=float(wheel_momentum))
         return replace(start, fixed_wheel_momentum=tuple(wheel_momentum))
 
-    def uniform_count(self, wheels: int) -> int:
+    def uniform_count(self, wheels: int, modes: int = 0) -> int:
         """How many uniform deviates one episode needs."""
-        return 7 + wheels
+        return 7 + wheels + 2 * modes
 
-    def draw(self, uniform: FloatArray, momentum_limits: FloatArray) -> npt.NDArray[np.void]:
+    def draw(self, uniform: FloatArray, momentum_limits: FloatArray, modes: int = 0) -> npt.NDArray[np.void]:
         """Draw N starts.
 
         Parameters
@@ -103,14 +120,17 @@ class InitialState:
             (N, uniform_count) uniform deviates.
         momentum_limits
             (wheels,) momentum limits [N m s].
+        modes
+            Number of vibration modes.
 
         Raises
         ------
         ValueError
-            If a wheel would start beyond its momentum limit, or the number of momenta is not that of the wheels.
+            If a wheel would start beyond its momentum limit, the number of momenta is not that of the wheels, or
+            that of modal displacements or rates not that of the modes.
         """
         count, wheels = len(uniform), len(momentum_limits)
-        table = np.zeros(count, initial_dtype(wheels))
+        table = np.zeros(count, initial_dtype(wheels, modes))
         if self.attitude is not None:
             table["attitude"] = self.attitude
         elif self.angle is None:
@@ -124,11 +144,17 @@ class InitialState:
         else:
             table["rate"] = (self.max_rate * uniform[:, 3])[:, None] * uniform_directions(uniform[:, 4:6])
         if self.fixed_wheel_momentum is None:
-            table["wheel_momentum"] = draw(self.wheel_momentum, uniform[:, 7:])
+            table["wheel_momentum"] = draw(self.wheel_momentum, uniform[:, 7 : 7 + wheels])
         else:
             given = len(self.fixed_wheel_momentum)
             require(given == wheels, "fixed_wheel_momentum", f"must have {wheels} values, one per wheel", given)
             table["wheel_momentum"] = self.fixed_wheel_momentum
+        for number, name in enumerate(_MODAL):
+            if (values := getattr(self, name)) is None:
+                continue
+            require(len(values) == modes, name, f"must have {modes} entries, one per mode", len(values))
+            for mode, value in enumerate(values):
+                table[name][:, mode] = draw(value, uniform[:, 7 + wheels + number * modes + mode])
         largest = np.abs(table["wheel_momentum"]).max(axis=0, initial=0.0)
         within = bool(np.all(largest <= momentum_limits))
         require(within, "wheel_momentum", f"must stay within the limits {momentum_limits}", largest.tolist())

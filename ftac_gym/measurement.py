@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -36,6 +37,9 @@ class Measurement:
         (N, 3) rate of the reference, in the reference frame's axes [rad/s].
     reference_acceleration
         (N, 3) its derivative, in the same axes [rad/s^2].
+    modal_displacement, modal_rate
+        (N, k) displacement [kg^1/2 m] and rate [kg^1/2 m/s] of the vibration modes, from strain gauges; only the
+        telemetry tier may use them. None or k = 0 for rigid craft.
     truth
         What the faults do at this moment, or None: nothing that a craft could measure. Only an oracle is given it, and
         an oracle says so in its name.
@@ -51,10 +55,13 @@ class Measurement:
     reference_rate: FloatArray
     reference_acceleration: FloatArray
     truth: FaultEffect | None = None
+    modal_displacement: FloatArray | None = None
+    modal_rate: FloatArray | None = None
 
     def take(self, rows: npt.NDArray[np.intp]) -> Measurement:
         """Return the measurement of some craft, by their numbers (n,)."""
-        arrays = {item.name: getattr(self, item.name)[rows] for item in fields(self) if item.name != "truth"}
+        given = {item.name: getattr(self, item.name) for item in fields(self) if item.name != "truth"}
+        arrays: dict[str, Any] = {name: None if array is None else array[rows] for name, array in given.items()}
         truth = None if self.truth is None else FaultEffect._make(array[rows] for array in self.truth)
         return Measurement(**arrays, truth=truth)
 

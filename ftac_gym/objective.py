@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ftac_gym.parameters import non_negative, positive
+from ftac_gym.serialization import LATER_PART
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,8 @@ class RewardWeights:
         Per step inside the success cone.
     tumble
         Penalty when the episode ends by tumbling; it must outweigh what pointing badly for the rest would cost.
+    vibration
+        Of the energy of the vibration modes, per joule.
     """
 
     progress: float = 10.0
@@ -39,6 +42,7 @@ class RewardWeights:
     smoothness: float = 0.02
     on_target: float = 0.1
     tumble: float = 200.0
+    vibration: float = dataclasses.field(default=0.0, metadata=LATER_PART)
 
     def __post_init__(self) -> None:
         """Check the weights."""

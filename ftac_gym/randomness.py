@@ -43,6 +43,7 @@ class Purpose(IntEnum):
     REFERENCE = 6
     NOISE = 7
     SWITCHING = 8
+    MODES = 9
 
 
 def keys_from_seeds(seeds: Iterable[int]) -> KeyArray:

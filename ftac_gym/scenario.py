@@ -1,34 +1,34 @@
-"""A scenario: everything that defines a task, and the drawing of its episodes."""
+"""A scenario: everything that defines a task."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from ftac_gym import feasibility
-from ftac_gym.attitude import quaternion_error, rotation_vector_from_quaternion
-from ftac_gym.disturbances import DISTURBANCE, HARMONIC, Disturbance, Harmonic
-from ftac_gym.episodes import Episodes, RecordArray
+from ftac_gym.appendages import FlexibleAppendages
+from ftac_gym.disturbances import Disturbance, Harmonic
+from ftac_gym.episodes import Episodes
 from ftac_gym.faults import KINDS, FaultDistribution, FaultSchedule
-from ftac_gym.faults.table import FLIPS, healthy
+from ftac_gym.faults.table import FLIPS
 from ftac_gym.friction import Friction
-from ftac_gym.inertia import InertiaUncertainty, exact_inertia
+from ftac_gym.inertia import InertiaUncertainty
 from ftac_gym.initial_state import InitialState
 from ftac_gym.low_orbit import LowOrbitTorque
 from ftac_gym.objective import RewardWeights, SuccessCriterion
-from ftac_gym.parameters import FloatArray, positive, require
+from ftac_gym.parameters import Matrix, matrix, positive, require
 from ftac_gym.prescribed_bound import PrescribedBound
 from ftac_gym.references import MRPSinusoid, RateProfile, Reference, SetPoints
-from ftac_gym.sensors import SENSOR, SensorErrors
+from ftac_gym.sensors import SensorErrors
 from ftac_gym.serialization import LATER_PART, from_plain, to_plain
 from ftac_gym.spacecraft import Spacecraft
+from ftac_gym.vibration import AppendageUncertainty
 from ftac_gym.wheels import WheelArray
 
 
@@ -75,6 +75,10 @@ class Scenario:
         Success criterion.
     prescribed_bound
         Bounds that the attitude error shall keep to, by which every policy is measured; None for none.
+    appendage_uncertainty
+        How the true vibration modes differ from the nominal ones; None if they do not.
+    misalignment
+        3 x m, in body axes: by how much the true wheel axes differ from the nominal ones; None for not at all.
 
     Raises
     ------
@@ -97,6 +101,8 @@ class Scenario:
     reward: RewardWeights = field(default_factory=RewardWeights)
     success: SuccessCriterion = field(default_factory=SuccessCriterion)
     prescribed_bound: PrescribedBound | None = field(default=None, metadata=LATER_PART)
+    appendage_uncertainty: AppendageUncertainty | None = field(default=None, metadata=LATER_PART)
+    misalignment: Matrix | None = field(default=None, metadata=LATER_PART)
 
     def __post_init__(self) -> None:
         """Check the fields, each alone and together."""
@@ -112,6 +118,12 @@ class Scenario:
         _multiple(self.duration, self.control_period, "duration", "control_period")
         if self.tumble_rate is not None:
             object.__setattr__(self, "tumble_rate", positive(self.tumble_rate, "tumble_rate"))
+        if self.misalignment is not None:
+            error = matrix(self.misalignment, 3, self.spacecraft.wheels.count, "misalignment")
+            object.__setattr__(self, "misalignment", tuple(tuple(float(value) for value in row) for row in error))
+        if (uncertainty := self.appendage_uncertainty) is not None:
+            appendages = self.spacecraft.appendages
+            require(appendages is not None, "appendage_uncertainty", "needs a spacecraft with appendages", uncertainty)
         if self.faults is not None:
             self.faults.check(self.spacecraft.wheels)
             for fault in self.faults.faults:
@@ -186,6 +198,8 @@ class Scenario:
         """
         require(isinstance(seed, (int, np.integer)) and seed >= 0, "seed", "must be a non-negative integer", seed)
         require(isinstance(count, (int, np.integer)) and count > 0, "count", "must be a positive integer", count)
+        from ftac_gym.drawing import draw_episodes  # It needs the compiler, which takes half a second to import.
+
         return draw_episodes(self, [int(seed)] * int(count), np.arange(count))
 
 
@@ -194,115 +208,13 @@ def success_steps(scenario: Scenario) -> int:
     return math.ceil(scenario.success.hold / scenario.control_period - 1e-9)
 
 
-def draw_episodes(scenario: Scenario, seeds: Sequence[int], index: np.ndarray) -> Episodes:
-    """Draw one episode for each pair of a seed and an episode number.
-
-    Parameters
-    ----------
-    scenario
-        What to draw from.
-    seeds
-        N seeds.
-    index
-        (N,) episode number within each seed.
-    """
-    from ftac_gym.randomness import keys_from_seeds  # Numba takes half a second to import; draw it in when needed.
-
-    unique, inverse = np.unique(np.array(seeds, dtype=object), return_inverse=True)
-    return draw_from_keys(scenario, keys_from_seeds(unique)[inverse], np.asarray(index, dtype=np.int64))
-
-
-def draw_from_keys(scenario: Scenario, keys: np.ndarray, index: np.ndarray) -> Episodes:
-    """Draw one episode for each pair of a cipher key (N, 2) and an episode number (N,)."""
-    from ftac_gym.randomness import Purpose, uniforms
-
-    count, craft, wheels = len(index), scenario.spacecraft, scenario.spacecraft.wheels
-
-    def deviates(purpose: Purpose, numbers: int) -> FloatArray:
-        return uniforms(keys, index, purpose, numbers)
-
-    start = scenario.initial_state
-    initial = start.draw(deviates(Purpose.INITIAL_STATE, start.uniform_count(wheels.count)), wheels.momentum_limits)
-    if (uncertainty := scenario.inertia_uncertainty) is None:
-        inertia: RecordArray = exact_inertia(craft.inertia_matrix, count)
-    else:
-        inertia = uncertainty.draw(craft.inertia_matrix, deviates(Purpose.INERTIA, uncertainty.uniform_count))
-    if (source := scenario.faults) is None:
-        faults = healthy(count, wheels.count)
-    else:
-        uniform = deviates(Purpose.FAULTS, source.uniform_count(wheels.count))
-        faults = source.draw(uniform, deviates(Purpose.SWITCHING, source.switching_count), wheels.torque_limits)
-    if (torque := scenario.disturbance) is None:
-        disturbance, harmonics = np.zeros(count, DISTURBANCE), np.zeros((count, 0), HARMONIC)
-    else:
-        uniform = deviates(Purpose.DISTURBANCE, torque.uniform_count)
-        disturbance, harmonics = torque.draw(uniform, inertia["constant"])
-    if (errors := scenario.sensors) is None:
-        sensors: RecordArray = np.zeros(count, SENSOR)
-    else:
-        sensors = errors.draw(deviates(Purpose.SENSORS, errors.uniform_count))
-    command = scenario.reference
-    reference, set_points = command.draw(deviates(Purpose.REFERENCE, command.uniform_count))
-
-    demand = _demand(scenario, initial, inertia, disturbance, harmonics, set_points)
-    return Episodes(
-        scenario_json=scenario.to_json(),
-        key=keys,
-        index=index,
-        initial=initial,
-        inertia=inertia,
-        faults=faults.wheels,
-        sensor_faults=faults.sensors,
-        switches=faults.switches,
-        disturbance=disturbance,
-        harmonics=harmonics,
-        sensors=sensors,
-        reference=reference,
-        set_points=set_points,
-        feasible=feasibility.label(faults.wheels, wheels, demand),
-    )
-
-
-def _demand(
-    scenario: Scenario,
-    initial: RecordArray,
-    inertia: RecordArray,
-    disturbance: RecordArray,
-    harmonics: RecordArray,
-    set_points: RecordArray,
-) -> feasibility.Demand:
-    """Return what drawn episodes ask of the wheels: of several set points the last turn, of a moving reference none."""
-    largest = np.abs(disturbance["constant"]) + np.hypot(harmonics["sine"], harmonics["cosine"]).sum(axis=1)
-    fastest = np.sum(initial["rate"] ** 2, axis=1) + disturbance["rate_offset"]
-    largest = largest * np.where(disturbance["rate_scaled"] > 0.5, fastest, 1.0)[:, None]
-    wheels = scenario.spacecraft.wheels
-    body = np.einsum("nij,nj->ni", inertia["constant"], initial["rate"])
-    total = body + initial["wheel_momentum"] @ wheels.axis_matrix.T if wheels.momentum_coupling else body
-    points = set_points["attitude"]
-    before = points[:, -2] if points.shape[1] > 1 else initial["attitude"]
-    turn = rotation_vector_from_quaternion(quaternion_error(before, points[:, -1]))
-    angle = np.zeros(len(turn)) if scenario.reference.moving else np.linalg.norm(turn, axis=1)
-    # Where there is nothing to turn, any axis will do.
-    axis = np.where(angle[:, None] > 1e-9, turn / np.maximum(angle, 1e-9)[:, None], (1.0, 0.0, 0.0))
-    hold = min(scenario.success.hold, scenario.duration)
-    return feasibility.Demand(
-        disturbance=largest,
-        momentum=np.linalg.norm(total, axis=1) + np.linalg.norm(largest, axis=1) * scenario.duration,
-        effort=np.einsum("nij,nj->ni", inertia["constant"], axis),
-        angle=angle,
-        rate=np.linalg.norm(initial["rate"], axis=1),
-        start=float(set_points["time"][0, -1]),
-        deadline=scenario.duration - hold,
-        duration=scenario.duration,
-    )
-
-
 _CLASSES: dict[str, type] = {
     entry.__name__: entry
     for entry in (
         Scenario, Spacecraft, WheelArray, InitialState, SetPoints, MRPSinusoid, RateProfile, FaultDistribution,
         FaultSchedule, *KINDS, Friction, Disturbance, LowOrbitTorque, Harmonic, SensorErrors,
         InertiaUncertainty, RewardWeights, SuccessCriterion, PrescribedBound,
+        FlexibleAppendages, AppendageUncertainty,
     )
 }  # fmt: skip
 
@@ -318,4 +230,5 @@ _FIELD_CLASSES: dict[str, tuple[type, ...]] = {
     "reward": (RewardWeights,),
     "success": (SuccessCriterion,),
     "prescribed_bound": (PrescribedBound, type(None)),
+    "appendage_uncertainty": (AppendageUncertainty, type(None)),
 }

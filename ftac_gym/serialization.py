@@ -9,7 +9,8 @@ from typing import Any
 TYPE_KEY = "type"
 
 LATER_PART = {"later part": True}
-"""Metadata of a field that is not written where it is None: what was written before it existed stays the same text."""
+"""Metadata of a field that is not written where it has its default: what was written before it existed stays the same
+text."""
 
 
 def to_plain(value: Any) -> Any:
@@ -18,7 +19,7 @@ def to_plain(value: Any) -> Any:
         fields = {
             field.name: to_plain(getattr(value, field.name))
             for field in dataclasses.fields(value)
-            if not (field.metadata == LATER_PART and getattr(value, field.name) is None)
+            if not (field.metadata == LATER_PART and getattr(value, field.name) == field.default)
         }
         return {TYPE_KEY: type(value).__name__, **fields}
     if isinstance(value, (tuple, list)):

@@ -2,37 +2,43 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from ftac_gym.appendages import FlexibleAppendages
 from ftac_gym.parameters import FloatArray, Matrix, matrix, require
+from ftac_gym.serialization import LATER_PART
 from ftac_gym.wheels import WheelArray
 
 
 @dataclass(frozen=True)
 class Spacecraft:
-    """A rigid body with reaction wheels.
+    """A body with reaction wheels, rigid or with flexible appendages.
 
     Parameters
     ----------
     inertia
-        Total inertia with the wheels locked, 3 x 3 in body axes [kg m^2].
+        Total inertia with the wheels locked and the appendages still, 3 x 3 in body axes [kg m^2].
     wheels
         The reaction wheels.
     allow_unphysical_inertia
         Accept an inertia that no mass distribution has. Some published scenarios print one.
+    appendages
+        What bends; None for a rigid body.
 
     Raises
     ------
     ValueError
         If the inertia is not symmetric, not positive definite, or its principal moments break the triangle
-        inequality (the largest may not exceed the sum of the others).
+        inequality (the largest may not exceed the sum of the others), or if the appendages take along more inertia than
+        there is.
     """
 
     inertia: Matrix
     wheels: WheelArray
     allow_unphysical_inertia: bool = False
+    appendages: FlexibleAppendages | None = field(default=None, metadata=LATER_PART)
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
@@ -48,9 +54,25 @@ class Spacecraft:
                 "must satisfy the triangle inequality (or pass allow_unphysical_inertia=True); principal moments",
                 moments.tolist(),
             )
+        if self.appendages is not None:
+            known = isinstance(self.appendages, FlexibleAppendages)
+            require(known, "appendages", "must be FlexibleAppendages or None", self.appendages)
+            self.appendages.check(inertia)
         object.__setattr__(self, "inertia", tuple(tuple(float(value) for value in row) for row in inertia))
 
     @property
     def inertia_matrix(self) -> FloatArray:
         """The inertia as an array (3, 3) [kg m^2]."""
         return np.array(self.inertia)
+
+    @property
+    def modes(self) -> int:
+        """Number of vibration modes k; zero for a rigid body."""
+        return 0 if self.appendages is None else self.appendages.count
+
+    @property
+    def quick_inertia(self) -> FloatArray:
+        """What a torque turns at first, J - delta' delta (3, 3) [kg m^2]; J itself for a rigid body."""
+        carried = 0.0 if self.appendages is None else self.appendages.carried_inertia
+        quick: FloatArray = self.inertia_matrix - carried
+        return quick

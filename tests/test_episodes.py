@@ -107,9 +107,13 @@ def test_other_files_are_refused(kind, tmp_path):
 
 
 def faulty_in_every_way():
-    """Return episodes with faults of wheels and of sensors, and with random chains."""
+    """Return episodes with faults of wheels and of sensors, with random chains, and with appendages."""
     kinds = (IntermittentShutdown(), GyroBiasStep(onset=(1.0, 2.0), duration=3.0, rise=0.5, fall=0.7), CommandDelay())
-    return FLAGSHIP.replace(faults=FaultDistribution(kinds, fault_counts=(0.0, 0.0, 0.0, 1.0))).draw(7, COUNT)
+    return (
+        scenarios.get("flexible")
+        .replace(faults=FaultDistribution(kinds, fault_counts=(0.0, 0.0, 0.0, 1.0)))
+        .draw(7, COUNT)
+    )
 
 
 def changed(number):

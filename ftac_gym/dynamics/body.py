@@ -32,10 +32,21 @@ def fill_disturbance(torque: Any, steady: Any, harmonics: Any, time: float, step
 
 
 @piece
-def inertia_at(record: Any, varying: bool, rate_torque: bool, time: float) -> Any:
-    """Inertia (xx, yy, zz, xy, xz, yz), its inverse in the same order, and J' (xx, yy, zz) if it makes a torque."""
-    xx, yy, zz = record.constant[0, 0], record.constant[1, 1], record.constant[2, 2]
-    xy, xz, yz = record.constant[0, 1], record.constant[0, 2], record.constant[1, 2]
+def inertia_at(record: Any, carried: Any, varying: bool, rate_torque: bool, time: float) -> Any:
+    """Inertia (xx, yy, zz, xy, xz, yz), its inverse in the same order, and J' (xx, yy, zz) if it makes a torque.
+
+    ``carried`` is what flexible modes take along, in the same order, and no part of the inertia returned.
+    """
+    xx, yy, zz = (
+        record.constant[0, 0] - carried[0],
+        record.constant[1, 1] - carried[1],
+        record.constant[2, 2] - carried[2],
+    )
+    xy, xz, yz = (
+        record.constant[0, 1] - carried[3],
+        record.constant[0, 2] - carried[4],
+        record.constant[1, 2] - carried[5],
+    )
     change_x, change_y, change_z = 0.0, 0.0, 0.0
     if varying:
         angle_x = record.frequency[0] * time + record.phase[0]

@@ -2,7 +2,7 @@
 
 Wheels do not feel the body (their momentum changes by the torque alone), so each control period first turns every wheel
 through all its physics steps, noting its torque at the three stage times of RK4, and then integrates the body with the
-sums. Flexible modes belong beside :func:`ftac_gym.dynamics.body.angular_acceleration`.
+sums, together with the flexible modes if there are any.
 
 Faults switch on and off only between physics steps: within a step the torque is smooth, and RK4 keeps its order.
 """
@@ -15,13 +15,14 @@ from typing import Any
 import numpy as np
 
 from ftac_gym.compiling import entry_point
-from ftac_gym.dynamics import body, fault_signals, wheel_table, wheels
+from ftac_gym.dynamics import body, fault_signals, modes, wheel_table, wheels
 from ftac_gym.dynamics.body import add3, add4, angular_acceleration, fill_disturbance, inertia_at, twice_attitude_rate
 from ftac_gym.dynamics.fault_signals import constant_signals, untouched
+from ftac_gym.dynamics.modes import ROWS, begin_step, end_step, load_modes, modal_stage, store_modes
 from ftac_gym.dynamics.wheels import turn_wheel
 
 
-@entry_point(body, fault_signals, wheels, wheel_table)
+@entry_point(body, fault_signals, modes, wheels, wheel_table)
 def advance(
     start: int,
     stop: int,
@@ -37,6 +38,9 @@ def advance(
     coupled: bool,
     inertia: Any,
     rate_torque: bool,
+    appendages: Any,
+    modal_displacement: Any,
+    modal_rate: Any,
     faults: Any,
     switches: Any,
     steady: Any,
@@ -49,9 +53,11 @@ def advance(
     Arrays (N craft, m wheels): ``attitude`` (N, 4), ``rate`` (N, 3) [rad/s], ``wheel_momentum`` (N, m) [N m s],
     ``motor_torque`` and ``last_torque`` (N, m) [N m], ``ticks`` (N,) control periods since the start, ``command``
     (N, m) [N m], ``past`` (N, D, m) the D commands before it, latest first (D may be zero if no fault delays),
-    ``array`` WHEEL (m,), ``inertia`` INERTIA (N,), ``faults`` FAULT (N, m, layers), ``switches``
-    (N, chains, FLIPS) [s], ``steady`` DISTURBANCE (N,), ``harmonics`` HARMONIC (N, K); ``step`` is the physics step
-    [s], of which a control period has ``substeps``.
+    ``array`` WHEEL (m,), ``inertia`` INERTIA (N,), ``appendages`` MODE (N, k), ``modal_displacement`` and
+    ``modal_rate`` (N, k), ``faults`` FAULT (N, m, layers), ``switches`` (N, chains, FLIPS) [s], ``steady`` DISTURBANCE
+    (N,), ``harmonics`` HARMONIC (N, K); ``step`` is the physics step [s], of which a control period has ``substeps``.
+
+    ``appendages`` is None for rigid bodies: they are compiled apart, without any trace of the modes.
 
     A wheel that would pass its momentum limit within a step gives just the share of its torque that takes it there.
     """
@@ -59,6 +65,8 @@ def advance(
     external = np.empty((2 * substeps + 1, 3))
     actuation = np.empty((substeps, 9))
     delays = past.shape[1]
+    if appendages is not None:
+        work = np.empty((ROWS, appendages.shape[1]))
     period = step * substeps
     for i in range(start, stop):
         begin = ticks[i] * period
@@ -102,14 +110,17 @@ def advance(
         w = (rate[i, 0], rate[i, 1], rate[i, 2])
         amplitude = inertia[i].amplitude
         varying = amplitude[0] != 0.0 or amplitude[1] != 0.0 or amplitude[2] != 0.0
-        body_1 = inertia_at(inertia[i], varying, rate_torque, begin)
+        carried = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        if appendages is not None:
+            carried = load_modes(work, appendages[i], modal_displacement[i], modal_rate[i], w)
+        body_1 = inertia_at(inertia[i], carried, varying, rate_torque, begin)
         body_2, body_4 = body_1, body_1
         for substep in range(substeps):
             if varying:
                 time = begin + substep * step
-                body_1 = inertia_at(inertia[i], varying, rate_torque, time)
-                body_2 = inertia_at(inertia[i], varying, rate_torque, time + 0.5 * step)
-                body_4 = inertia_at(inertia[i], varying, rate_torque, time + step)
+                body_1 = inertia_at(inertia[i], carried, varying, rate_torque, time)
+                body_2 = inertia_at(inertia[i], carried, varying, rate_torque, time + 0.5 * step)
+                body_4 = inertia_at(inertia[i], carried, varying, rate_torque, time + step)
             external_1, external_2, external_4 = (
                 external[2 * substep],
                 external[2 * substep + 1],
@@ -124,17 +135,33 @@ def advance(
                 stored_3 = add3(stored, -0.5 * step, wheel_2)
                 stored_4 = add3(stored, -step, wheel_2)
 
+            held_1, held_2, held_3, held_4 = stored, stored_2, stored_3, stored_4
+            push_1, push_2, push_3, push_4 = wheel_1, wheel_2, wheel_2, wheel_4
+            if appendages is not None:
+                begin_step(work)
+                swing, pull = modal_stage(work, w, 1.0, 0.5 * step)
+                held_1, push_1 = add3(held_1, 1.0, swing), add3(push_1, 1.0, pull)
             turn_1 = twice_attitude_rate(q, w)
-            spin_1 = angular_acceleration(w, stored, wheel_1, external_1, body_1, steady[i])
+            spin_1 = angular_acceleration(w, held_1, push_1, external_1, body_1, steady[i])
             q_2, w_2 = add4(q, 0.25 * step, turn_1), add3(w, 0.5 * step, spin_1)
+            if appendages is not None:
+                swing, pull = modal_stage(work, w_2, 2.0, 0.5 * step)
+                held_2, push_2 = add3(held_2, 1.0, swing), add3(push_2, 1.0, pull)
             turn_2 = twice_attitude_rate(q_2, w_2)
-            spin_2 = angular_acceleration(w_2, stored_2, wheel_2, external_2, body_2, steady[i])
+            spin_2 = angular_acceleration(w_2, held_2, push_2, external_2, body_2, steady[i])
             q_3, w_3 = add4(q, 0.25 * step, turn_2), add3(w, 0.5 * step, spin_2)
+            if appendages is not None:
+                swing, pull = modal_stage(work, w_3, 2.0, step)
+                held_3, push_3 = add3(held_3, 1.0, swing), add3(push_3, 1.0, pull)
             turn_3 = twice_attitude_rate(q_3, w_3)
-            spin_3 = angular_acceleration(w_3, stored_3, wheel_2, external_2, body_2, steady[i])
+            spin_3 = angular_acceleration(w_3, held_3, push_3, external_2, body_2, steady[i])
             q_4, w_4 = add4(q, 0.5 * step, turn_3), add3(w, step, spin_3)
+            if appendages is not None:
+                swing, pull = modal_stage(work, w_4, 1.0, 0.0)
+                held_4, push_4 = add3(held_4, 1.0, swing), add3(push_4, 1.0, pull)
+                end_step(work, step / 6.0)
             turn_4 = twice_attitude_rate(q_4, w_4)
-            spin_4 = angular_acceleration(w_4, stored_4, wheel_4, external_4, body_4, steady[i])
+            spin_4 = angular_acceleration(w_4, held_4, push_4, external_4, body_4, steady[i])
             q = add4(q, step / 12.0, add4(add4(turn_1, 1.0, turn_4), 2.0, add4(turn_2, 1.0, turn_3)))
             w = add3(w, step / 6.0, add3(add3(spin_1, 1.0, spin_4), 2.0, add3(spin_2, 1.0, spin_3)))
             if coupled:
@@ -144,4 +171,6 @@ def advance(
         attitude[i, 0], attitude[i, 1] = norm * q[0], norm * q[1]
         attitude[i, 2], attitude[i, 3] = norm * q[2], norm * q[3]
         rate[i, 0], rate[i, 1], rate[i, 2] = w
+        if appendages is not None:
+            store_modes(work, modal_displacement[i], modal_rate[i], w)
         ticks[i] += 1

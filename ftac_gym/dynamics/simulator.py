@@ -18,6 +18,7 @@ from ftac_gym.faults.command_delay import LONGEST_DELAY
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, require
 from ftac_gym.scenario import Scenario
+from ftac_gym.vibration import modal_energy, vibration_torque
 
 THREAD_BATCH = 512
 """Craft that one thread must have at least: below it, waking the thread costs more than it saves."""
@@ -40,6 +41,8 @@ class State:
     motor_torque
         (N, m) torque of each motor behind its lag, before faults and friction [N m]; for an ideal wheel, which has no
         such state, of no meaning.
+    modal_displacement, modal_rate
+        (N, k) displacement [kg^1/2 m] and rate [kg^1/2 m/s] of each vibration mode; k = 0 for rigid craft.
     """
 
     attitude: FloatArray
@@ -47,6 +50,8 @@ class State:
     wheel_momentum: FloatArray
     wheel_torque: FloatArray
     motor_torque: FloatArray
+    modal_displacement: FloatArray
+    modal_rate: FloatArray
 
 
 class Simulator:
@@ -77,6 +82,8 @@ class Simulator:
         wheels = scenario.spacecraft.wheels
         self._torque_limits = wheels.torque_limits
         self._wheel_table = wheel_table(wheels, scenario.physics_step)
+        if scenario.misalignment is not None:
+            self._wheel_table["axis"] += np.transpose(scenario.misalignment)
         self._coupled = wheels.momentum_coupling
         uncertainty = scenario.inertia_uncertainty
         self._rate_torque = uncertainty is not None and uncertainty.rate_torque
@@ -89,6 +96,8 @@ class Simulator:
             np.zeros((count, wheels.count)),
             np.zeros((count, wheels.count)),
             np.zeros((count, wheels.count)),
+            np.zeros((count, scenario.spacecraft.modes)),
+            np.zeros((count, scenario.spacecraft.modes)),
         )
         self.ticks = np.zeros(count, dtype=np.int64)
         """(N,) control periods since the start of each craft's episode."""
@@ -120,6 +129,18 @@ class Simulator:
         """The faults of the episodes that the craft are in: views, not to be written to."""
         tables = self._drawn()
         return DrawnFaults(tables["faults"], tables["sensor_faults"], tables["switches"])
+
+    @property
+    def modal_energy(self) -> FloatArray:
+        """(N,) energy of the vibration modes [J]."""
+        state = self.state
+        return modal_energy(self._drawn()["modes"]["stiffness"], state.modal_displacement, state.modal_rate)
+
+    @property
+    def vibration_torque(self) -> FloatArray:
+        """(N, 3) torque of the vibration modes on the body [N m], body axes."""
+        state = self.state
+        return vibration_torque(self._drawn()["modes"], state.modal_displacement, state.modal_rate, state.rate)
 
     @property
     def feasible(self) -> npt.NDArray[np.bool_]:
@@ -173,6 +194,9 @@ class Simulator:
         for part, name in ((self.state.attitude, "attitude"), (self.state.rate, "rate")):
             part[chosen] = tables["initial"][name][chosen]
         self.state.wheel_momentum[chosen] = tables["initial"]["wheel_momentum"][chosen]
+        if self.scenario.spacecraft.modes:
+            self.state.modal_displacement[chosen] = tables["initial"]["modal_displacement"][chosen]
+            self.state.modal_rate[chosen] = tables["initial"]["modal_rate"][chosen]
         self.state.wheel_torque[chosen] = 0.0
         self.state.motor_torque[chosen] = 0.0
         self.last_command[chosen] = 0.0
@@ -223,11 +247,12 @@ class Simulator:
     def plant_arguments(self) -> tuple[Any, ...]:
         """Return what the compiled plant is called with after the range of craft."""
         tables, state = self._drawn(), self.state
+        modes = tables["modes"] if tables["modes"].shape[1] else None
         return (
             state.attitude, state.rate, state.wheel_momentum, state.motor_torque, state.wheel_torque, self.ticks,
             self.last_command, self._past, self._wheel_table, self._coupled, tables["inertia"], self._rate_torque,
-            tables["faults"], tables["switches"], tables["disturbance"], tables["harmonics"], self._step,
-            self._substeps,
+            modes, state.modal_displacement, state.modal_rate, tables["faults"], tables["switches"],
+            tables["disturbance"], tables["harmonics"], self._step, self._substeps,
         )  # fmt: skip
 
     def truth(self) -> FaultEffect:
@@ -253,6 +278,8 @@ class Simulator:
             reference_attitude=self.reference_attitude.copy(),
             reference_rate=self.reference_rate.copy(),
             reference_acceleration=self.reference_acceleration.copy(),
+            modal_displacement=self.state.modal_displacement.copy(),
+            modal_rate=self.state.modal_rate.copy(),
             truth=self.truth() if truth else None,
         )
 

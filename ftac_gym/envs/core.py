@@ -12,6 +12,7 @@ from gymnasium import spaces
 from gymnasium.envs.registration import EnvSpec
 
 from ftac_gym import scenarios
+from ftac_gym.drawing import draw_from_keys
 from ftac_gym.dynamics import Simulator
 from ftac_gym.envs.observation import Observer
 from ftac_gym.envs.reward import Reward
@@ -20,7 +21,7 @@ from ftac_gym.faults import FaultDistribution
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, require
 from ftac_gym.randomness import keys_from_seeds
-from ftac_gym.scenario import Scenario, draw_from_keys
+from ftac_gym.scenario import Scenario
 from ftac_gym.serialization import to_plain
 
 BoolArray = npt.NDArray[np.bool_]

@@ -1,7 +1,7 @@
 """What an agent sees, made from the measurement that the baselines get too.
 
-A tier adds to the one before it: ``attitude`` (attitude, rate, own commands), ``telemetry`` (wheel momentum and sensor
-status too) and ``oracle`` (the true faults; an upper bound, never a contestant).
+A tier adds to the one before it: ``attitude`` (attitude, rate, own commands), ``telemetry`` (wheel momentum, sensor
+status and vibration modes too) and ``oracle`` (the true faults; an upper bound, never a contestant).
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ from numba import njit
 from ftac_gym.dynamics import Simulator
 from ftac_gym.faults import fault_effect
 from ftac_gym.faults.command_delay import LONGEST_DELAY
-from ftac_gym.parameters import require
+from ftac_gym.parameters import FloatArray, require
 from ftac_gym.scenario import Scenario
+from ftac_gym.spacecraft import Spacecraft
 
 TIERS = ("attitude", "telemetry", "oracle")
 
@@ -74,6 +75,9 @@ def observation_layout(scenario: Scenario, tier: str) -> ObservationLayout:
     ``wheel_momentum``           m    telemetry: over its limit (over 1 N m s if unlimited)
     ``wheel_torque_residual``    m    telemetry: low-passed -dh/dt - u over the torque limit
     ``star_tracker_valid``       1    telemetry: 1, or 0 while the attitude is carried forward with the gyros
+    ``modal_displacement``       k    telemetry, flexible craft only: vibration modes' displacements, over what the full
+                                      torque of one wheel holds, nominally
+    ``modal_rate``               k    likewise: their rates, over that times the nominal frequency
     ``fault_effectiveness``      m    oracle: true effectiveness, 0 if locked or seized
     ``fault_bias``               m    oracle: true uncommanded torque over the torque limit, excess friction included
     ``fault_delay``              m    oracle: true delay of the commands over the longest one
@@ -102,6 +106,8 @@ def observation_layout(scenario: Scenario, tier: str) -> ObservationLayout:
     if tier != "attitude":
         parts += [("wheel_momentum", wheels, BOUND), ("wheel_torque_residual", wheels, BOUND)]
         parts += [("star_tracker_valid", 1, 1.0)]
+        if modes := scenario.spacecraft.modes:
+            parts += [("modal_displacement", modes, BOUND), ("modal_rate", modes, BOUND)]
     if tier == "oracle":
         parts += [("fault_effectiveness", wheels, 1.0), ("fault_bias", wheels, BOUND), ("fault_delay", wheels, 1.0)]
         parts += [("sensor_rate_fault", 3, BOUND), ("sensor_attitude_fault", 3, math.pi)]
@@ -142,6 +148,7 @@ class Observer:
         self._residual = np.zeros((simulator.num_craft, 3))
         self._wheel_residual = np.zeros((simulator.num_craft, wheels.count))
         self._wheels = wheels
+        self._modal_scales = _modal_scales(scenario.spacecraft) if scenario.spacecraft.modes else None
 
     def observe(self, craft: npt.NDArray[np.int64], out: npt.NDArray[np.float32]) -> None:
         """Write the rows of the listed craft into ``out`` (N, size), once after each control period or reset."""
@@ -154,6 +161,11 @@ class Observer:
             self._coupled, self._moving, self._tier, self._period, self._last_rate, self._last_momentum, self._residual,
             self._wheel_residual, simulator.star_tracker_valid, out,
         )  # fmt: skip
+        if self._modal_scales is not None and self._tier > 0:
+            state = simulator.state
+            for name, scale in zip(("modal_displacement", "modal_rate"), self._modal_scales, strict=True):
+                values = getattr(state, name)[craft] / scale
+                out[craft, self.layout.slices[name]] = np.clip(values, -BOUND, BOUND)
         if TIERS[self._tier] == "oracle":
             self._add_oracle(craft, out)
 
@@ -169,6 +181,16 @@ class Observer:
             ("sensor_attitude_fault", np.clip(effect.attitude_turn, -math.pi, math.pi)),
         ):
             out[craft, self.layout.slices[name]] = values
+
+
+def _modal_scales(spacecraft: Spacecraft) -> tuple[FloatArray, FloatArray]:
+    """Return displacement and rate (k,) of each mode that count as one: what one wheel's full torque holds."""
+    appendages, wheels = spacecraft.appendages, spacecraft.wheels
+    assert appendages is not None
+    limits = np.where(np.isfinite(wheels.torque_limits), wheels.torque_limits, 1.0)
+    acceleration = np.linalg.norm(np.linalg.solve(spacecraft.inertia_matrix, wheels.axis_matrix * limits), axis=0).max()
+    reach = np.maximum(np.linalg.norm(appendages.coupling_matrix, axis=1), 1e-3) * acceleration
+    return reach / appendages.stiffness, reach / np.sqrt(appendages.stiffness)
 
 
 @njit(cache=True, inline="always", error_model="numpy")

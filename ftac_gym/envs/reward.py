@@ -10,6 +10,7 @@ With theta the true pointing error [rad], w_e the true rate error, u the wheel c
 ``smoothness``   - weight mean((u - u before)^2)
 ``on_target``    weight, while inside the success cone and slow
 ``tumble``       - weight, once, when the episode ends by tumbling
+``vibration``    - weight times the energy of the vibration modes [J]
 ================ ===========================================================================================
 """
 
@@ -17,6 +18,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -28,7 +30,13 @@ from ftac_gym.objective import RewardWeights
 from ftac_gym.parameters import FloatArray
 from ftac_gym.scenario import success_steps
 
-TERMS = ("progress", "precision", "rate", "effort", "smoothness", "on_target", "tumble")
+TERMS = ("progress", "precision", "rate", "effort", "smoothness", "on_target", "tumble", "vibration")
+
+
+def total(terms: FloatArray) -> FloatArray:
+    """Return the rewards (N,) of terms (terms, N), added in their order, which NumPy's sum is not for one craft."""
+    rewards: FloatArray = reduce(np.add, terms)
+    return rewards
 
 
 class Reward:
@@ -44,6 +52,7 @@ class Reward:
         scenario = simulator.scenario
         weights = {item.name: getattr(scenario.reward, item.name) for item in dataclasses.fields(RewardWeights)}
         self._weights = np.array([weights[name] for name in TERMS])
+        self._vibration = weights["vibration"]
         self._simulator = simulator
         self._torque_limits = scenario.spacecraft.wheels.torque_limits
         self._cone = scenario.success.angle
@@ -72,6 +81,9 @@ class Reward:
             self._slow, self._tumble_rate, self._last_command, self._on_target, self._angle, self._rate, terms,
             tumbling,
         )  # fmt: skip
+        if self._vibration > 0.0 and simulator.scenario.spacecraft.modes:
+            moving = craft[simulator.ticks[craft] > 0]
+            terms[-1, moving] = -self._vibration * simulator.modal_energy[moving]
         return terms, tumbling
 
     @property

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.envs.core import Core, CoreAccess, check_render_mode, requested_episodes, resolve_scenario
-from ftac_gym.envs.reward import TERMS
+from ftac_gym.envs.reward import TERMS, total
 from ftac_gym.scenario import Scenario
 
 Observation = npt.NDArray[np.float32]
@@ -146,7 +146,7 @@ class SpacecraftFTCEnv(CoreAccess, gym.Env[Observation, npt.NDArray[Any]]):
         observation, terms, terminated, truncated = self.core.step(action[None])
         info = self._info()
         info["reward_terms"] = dict(zip(TERMS, terms[:, 0].tolist(), strict=True))
-        return observation[0], float(terms.sum(axis=0)[0]), bool(terminated[0]), bool(truncated[0]), info
+        return observation[0], float(total(terms)[0]), bool(terminated[0]), bool(truncated[0]), info
 
     def _info(self) -> dict[str, Any]:
         # The same keys and values as Core.facts, without the cost of arrays.

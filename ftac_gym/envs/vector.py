@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from ftac_gym.envs.core import BoolArray, Core, CoreAccess, check_render_mode, requested_episodes, resolve_scenario
-from ftac_gym.envs.reward import TERMS
+from ftac_gym.envs.reward import TERMS, total
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, require
 from ftac_gym.scenario import Scenario
@@ -177,7 +177,7 @@ class SpacecraftFTCVectorEnv(CoreAccess, VectorEnv[Observation, npt.NDArray[Any]
         if stepped.any():
             infos.update({"reward_terms": reward_terms, "_reward_terms": stepped})
         self._observation = observation
-        return observation.copy(), terms.sum(axis=0), terminated, truncated, infos
+        return observation.copy(), total(terms), terminated, truncated, infos
 
     def _reset_mask(self, options: dict[str, Any] | None) -> BoolArray:
         mask = (options or {}).get("reset_mask")

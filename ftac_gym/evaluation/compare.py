@@ -115,6 +115,9 @@ class Row:
     differences: Mapping[str, Estimate]
 
 
+_BOUND_METRICS = ("bound_kept", "bound_margin")
+_VIBRATION_METRICS = ("jitter", "modal_energy", "residual_energy", "vibration_torque")
+
 TABLE_METRICS = (
     "success",
     "settling_time",
@@ -124,10 +127,13 @@ TABLE_METRICS = (
     "recovery_time",
     "energy",
     "chatter",
-    "bound_kept",
-    "bound_margin",
+    *_BOUND_METRICS,
+    *_VIBRATION_METRICS,
 )
-"""Metrics of the table, as far as the scenario has them; the mean of shares, the interquartile mean of the others."""
+"""Metrics of the table, as far as the scenario has them (of rigid craft not the jitter either).
+
+Of shares it is the mean, of the others the interquartile mean.
+"""
 
 
 def compare(evaluations: list[Evaluation], reference: str, chosen: npt.NDArray[np.bool_]) -> list[Row]:
@@ -152,8 +158,9 @@ def compare(evaluations: list[Evaluation], reference: str, chosen: npt.NDArray[n
         raise ValueError(f"reference must be one of {sorted(by_name)}, got {reference!r}")
     base = by_name[reference].metrics
     rows = []
-    bounded = not np.isnan(base["bound_kept"]).all()
-    metrics = [metric for metric in TABLE_METRICS if bounded or not metric.startswith("bound_")]
+    bounded, flexible = (not np.isnan(base[metric]).all() for metric in ("bound_kept", "modal_energy"))
+    left_out = (*(() if bounded else _BOUND_METRICS), *(() if flexible else _VIBRATION_METRICS))
+    metrics = [metric for metric in TABLE_METRICS if metric not in left_out]
     for evaluation in evaluations:
         estimates, differences = {}, {}
         for metric in metrics:

@@ -35,6 +35,10 @@ UNITS: dict[str, str] = {
     "path_ratio": "-",
     "bound_kept": "share",
     "bound_margin": "-",
+    "jitter": "deg",
+    "modal_energy": "J s",
+    "residual_energy": "J",
+    "vibration_torque": "N m",
     "return": "-",
 }
 """Unit of each metric, in the order of tables."""
@@ -59,6 +63,10 @@ def episode_metrics(history: Rollout) -> Metrics:
     ``path_ratio``        integral of the rate error over the initial angle: 1 is the shortest way
     ``bound_kept``        1 if the error stayed within the scenario's prescribed bound, else 0; NaN if it has none
     ``bound_margin``      least distance to a bound, in units of that between the two; negative outside; NaN likewise
+    ``jitter``            root mean square of the pointing error about its mean over the last ``success.hold`` seconds
+    ``modal_energy``      integral of the energy of the vibration modes over the episode; NaN for rigid craft
+    ``residual_energy``   mean of that energy over the last ``success.hold`` seconds; NaN likewise
+    ``vibration_torque``  root mean square of the modes' torque on the body over the same window; NaN likewise
     ``return``            sum of the rewards: what agents are trained for
     ===================== ==========================================================================================
 
@@ -89,6 +97,12 @@ def episode_metrics(history: Rollout) -> Metrics:
     if scenario.prescribed_bound is not None:
         inside = scenario.prescribed_bound.margin(history.error_mrp, history.time[:, None])
         margin = inside.min(axis=(0, 2))
+    late = history.error_vector[-hold:]
+    jitter = np.sqrt(((late - late.mean(axis=0)) ** 2).sum(axis=2).mean(axis=0))
+    energy = history.modal_energy
+    pull = np.sqrt((history.vibration_torque[-hold:] ** 2).sum(axis=2).mean(axis=0))
+    flexible = history.modal_rate.shape[2] > 0
+    nothing = np.full(error.shape[1], np.nan)
     return {
         "success": (on_target[-hold:].all(axis=0) & (hold <= steps)).astype(np.float64),
         "settling_time": np.minimum(settled, steps) * period,
@@ -103,6 +117,10 @@ def episode_metrics(history: Rollout) -> Metrics:
         "path_ratio": rate_error[1:].sum(axis=0) * period / np.maximum(error[0], 1e-3),
         "bound_kept": np.where(np.isnan(margin), np.nan, margin > 0.0),
         "bound_margin": margin,
+        "jitter": np.degrees(jitter),
+        "modal_energy": energy[1:].sum(axis=0) * period if flexible else nothing,
+        "residual_energy": energy[-hold:].mean(axis=0) if flexible else nothing,
+        "vibration_torque": pull if flexible else nothing,
         "return": history.reward.sum(axis=0),
     }
 

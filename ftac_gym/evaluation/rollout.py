@@ -13,12 +13,13 @@ import numpy as np
 from gymnasium.vector import VectorEnv
 
 from ftac_gym import baselines, scenarios
-from ftac_gym.attitude import mrp_from_quaternion, quaternion_error
+from ftac_gym.attitude import mrp_from_quaternion, quaternion_error, rotation_vector_from_quaternion
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.episodes import Episodes
 from ftac_gym.evaluation.metrics import Metrics, episode_metrics
 from ftac_gym.parameters import FloatArray, require
 from ftac_gym.scenario import Scenario
+from ftac_gym.vibration import modal_energy, vibration_torque
 
 
 class Contestant(Protocol):
@@ -111,6 +112,8 @@ class Rollout:
         (T, N, m) mean torque that each wheel applied in each control period [N m].
     reward
         (T, N) rewards.
+    modal_displacement, modal_rate
+        (T + 1, N, k) vibration modes [kg^1/2 m, kg^1/2 m/s]; k = 0 for rigid craft.
     """
 
     scenario: Scenario
@@ -125,6 +128,23 @@ class Rollout:
     command: FloatArray
     applied_torque: FloatArray
     reward: FloatArray
+    modal_displacement: FloatArray
+    modal_rate: FloatArray
+
+    @property
+    def modal_energy(self) -> FloatArray:
+        """Energy of the vibration modes, (T + 1, N) [J]."""
+        return modal_energy(self.episodes.modes["stiffness"], self.modal_displacement, self.modal_rate)
+
+    @property
+    def vibration_torque(self) -> FloatArray:
+        """Torque of the vibration modes on the body, (T + 1, N, 3) [N m], body axes."""
+        return vibration_torque(self.episodes.modes, self.modal_displacement, self.modal_rate, self.rate)
+
+    @property
+    def error_vector(self) -> FloatArray:
+        """Rotation vector from the reference to the body, (T + 1, N, 3) [rad], the short way."""
+        return rotation_vector_from_quaternion(quaternion_error(self.attitude, self.reference_attitude))
 
     @property
     def error_mrp(self) -> FloatArray:
@@ -216,12 +236,14 @@ def rollout(
     reference_attitude = np.empty((steps + 1, craft, 4))
     momentum, command = np.empty((steps + 1, craft, wheels)), np.empty((steps, craft, wheels))
     rewards = np.empty((steps, craft))
+    displacement, swing = (np.empty((steps + 1, craft, task.spacecraft.modes)) for _ in range(2))
 
     def record(step: int) -> None:
         error[step], rate_error[step] = truth.attitude_error, truth.rate_error
         attitude[step], rate[step] = simulator.state.attitude, simulator.state.rate
         reference_attitude[step] = simulator.reference_attitude
         momentum[step] = simulator.state.wheel_momentum
+        displacement[step], swing[step] = simulator.state.modal_displacement, simulator.state.modal_rate
 
     observation, _ = wrapped.reset(options={"episodes": drawn})
     record(0)
@@ -245,4 +267,6 @@ def rollout(
         command=command,
         applied_torque=-np.diff(momentum, axis=0) / task.control_period,
         reward=rewards,
+        modal_displacement=displacement,
+        modal_rate=swing,
     )

@@ -10,30 +10,35 @@ from ftac_gym.attitude import angle_between, quaternion_error, rotate_to_body
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
 from ftac_gym.envs.reward import TERMS
 from ftac_gym.initial_state import InitialState
+from ftac_gym.references import fixed_attitude
 from ftac_gym.scenario import RewardWeights, SuccessCriterion
 
-WEIGHTS = RewardWeights(progress=3.0, precision=0.7, rate=11.0, effort=0.5, smoothness=0.9, on_target=1.3, tumble=17.0)
+WEIGHTS = RewardWeights(
+    progress=3.0, precision=0.7, rate=11.0, effort=0.5, smoothness=0.9, on_target=1.3, tumble=17.0, vibration=23.0
+)
 QUIET = {"faults": None, "sensors": None, "disturbance": None, "inertia_uncertainty": None}
 
 
 def state_of(env):
-    """Return true error [rad], true rate error [rad/s], body rate [rad/s] and wheel levels of a single environment."""
+    """Return error [rad], rate error [rad/s], body rate [rad/s], wheel levels and modal energy [J], all true."""
     simulator = env.core.simulator
     attitude, reference = simulator.state.attitude, simulator.reference_attitude
     error = quaternion_error(attitude, reference)
     slip = simulator.state.rate - rotate_to_body(error, simulator.reference_rate)
     level = simulator.last_command / env.scenario.spacecraft.wheels.torque_limits
+    stiffness = simulator.episodes.modes["stiffness"][0]
     return (
         angle_between(attitude, reference)[0],
         np.linalg.norm(slip),
         np.linalg.norm(simulator.state.rate),
         level[0],
+        0.5 * np.sum(simulator.state.modal_rate[0] ** 2 + stiffness * simulator.state.modal_displacement[0] ** 2),
     )
 
 
 def expected_terms(weights, scenario, before, now):
-    angle_before, _, _, level_before = before
-    angle, slip, spin, level = now
+    angle_before, _, _, level_before, _ = before
+    angle, slip, spin, level, energy = now
     on_target = angle < scenario.success.angle and slip < scenario.success.rate
     return {
         "progress": weights.progress * (angle_before - angle),
@@ -43,6 +48,7 @@ def expected_terms(weights, scenario, before, now):
         "smoothness": -weights.smoothness * np.mean((level - level_before) ** 2),
         "on_target": weights.on_target * on_target,
         "tumble": -weights.tumble * (spin > scenario.tumble_rate),
+        "vibration": -weights.vibration * energy,
     }
 
 
@@ -50,6 +56,8 @@ def expected_terms(weights, scenario, before, now):
 @pytest.mark.parametrize("weights", [None, WEIGHTS], ids=["own weights", "other weights"])
 def test_terms(name, weights):
     changes = {} if weights is None else {"reward": weights}
+    if not scenarios.get(name).reference.moving:
+        changes["reference"] = fixed_attitude()
     # A wide cone, so that the craft goes in and out of it.
     cone = SuccessCriterion(angle=0.3, rate=0.05, hold=1.0)
     start = InitialState(angle=(0.2, 0.5), max_rate=0.03)
@@ -74,6 +82,8 @@ def test_terms(name, weights):
             assert terminated == (now[2] > 0.06)
             before = now
     used = {item.name for item in dataclasses.fields(RewardWeights) if getattr(env.scenario.reward, item.name) > 0.0}
+    if env.scenario.spacecraft.appendages is None:
+        used -= {"vibration"}
     if name.startswith("zhang_zhou") and env.scenario.reference.moving:
         used -= {"on_target"}  # A craft slow enough not to tumble is left behind by this reference.
     assert {term for term, count in seen.items() if count} == used

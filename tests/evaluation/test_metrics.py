@@ -44,13 +44,15 @@ def history(error=None, rate_error=None, command=None, torque=None, reward=None,
         time=np.arange(STEPS + 1) * PERIOD,
         attitude_error=table(error, (STEPS + 1, count), DEGREE),
         rate_error=table(rate_error, (STEPS + 1, count)),
-        attitude=np.zeros((STEPS + 1, count, 4)),
-        reference_attitude=np.zeros((STEPS + 1, count, 4)),
+        attitude=np.tile([1.0, 0.0, 0.0, 0.0], (STEPS + 1, count, 1)),
+        reference_attitude=np.tile([1.0, 0.0, 0.0, 0.0], (STEPS + 1, count, 1)),
         rate=np.zeros((STEPS + 1, count, 3)),
         wheel_momentum=np.zeros((STEPS + 1, count, WHEELS)),
         command=table(command, (STEPS, count, WHEELS)),
         applied_torque=table(torque, (STEPS, count, WHEELS)),
         reward=table(reward, (STEPS, count)),
+        modal_displacement=np.zeros((STEPS + 1, count, 0)),
+        modal_rate=np.zeros((STEPS + 1, count, 0)),
     )
 
 
