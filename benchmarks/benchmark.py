@@ -76,9 +76,9 @@ def plant_call(simulator: Simulator) -> Callable[[], None]:
     return call
 
 
-def ready(craft: int, **changes: Any) -> Simulator:
-    """Return a simulator of the flagship that has been reset and given commands."""
-    scenario = scenarios.get("flagship").replace(**changes)
+def ready(craft: int, name: str = "flagship", **changes: Any) -> Simulator:
+    """Return a simulator of a scenario that has been reset and given commands."""
+    scenario = scenarios.get(name).replace(**changes)
     simulator = Simulator(scenario, craft)
     simulator.reset(scenario.draw(0, craft))
     simulator.step(np.random.default_rng(0).uniform(-0.1, 0.1, simulator.last_command.shape))
@@ -88,7 +88,11 @@ def ready(craft: int, **changes: Any) -> Simulator:
 def measure_plant(config: Config) -> None:
     """(a) Time of the plant per craft and RK4 sub-step, one thread."""
     print("(a) plant alone, one thread [ns per craft and RK4 sub-step]; aim 60 at 1,024")
-    for name, changes in (("flagship", {}), ("healthy, undisturbed", {"faults": None, "disturbance": None})):
+    variants: tuple[tuple[str, dict[str, Any]], ...] = (
+        ("flagship", {}),
+        ("healthy, undisturbed", {"faults": None, "disturbance": None}),
+    )
+    for name, changes in variants:
         times = {}
         for craft in (1, 64, 1024):
             simulator = ready(craft, **changes)
@@ -115,6 +119,25 @@ def measure_wheels(config: Config) -> None:
     print(
         f"(g) plant over plant with ideal wheels, N=1024: {times['every effect'] / ideal:.2f} with every wheel effect, "
         f"{times['effects off'] / ideal:.2f} with all off; aims 2, 1"
+    )
+
+
+def measure_modes(config: Config) -> None:
+    """(h) Plant with four flexible modes over the rigid plant, otherwise the same."""
+    ratios = {}
+    for craft in (1, 64, 1024):
+        calls = [plant_call(ready(craft, name)) for name in ("flagship", "flexible")]
+        times = [float("inf")] * len(calls)
+        for _ in range(3):  # in turn, as above
+            times = [
+                min(best, fastest(call, max(20, 40_000 // craft), config.repeats))
+                for best, call in zip(times, calls, strict=True)
+            ]
+        ratios[craft] = times[1] / times[0]
+    print(
+        "(h) plant with four flexible modes over the rigid plant: "
+        + ", ".join(f"N={craft}: {ratio:.2f}" for craft, ratio in ratios.items())
+        + "; aim 2.5"
     )
 
 
@@ -223,6 +246,11 @@ def task_of(name: str) -> str:
         "zhang_zhou_stabilisation": "zhang_zhou_2019_stabilisation",
         "ptc": "cao_2022",
         "tsmc": "cao_2022",
+        "fuzzy_smc_solved": "flexible",
+        "fuzzy": "li_2023",
+        "aismc": "li_2023",
+        "raftsmc": "flexible",
+        "pd_shaped": "flexible",
     }
     return next((task for prefix, task in tasks.items() if name.startswith(prefix)), "flagship")
 
@@ -290,6 +318,7 @@ def main(config: Config) -> None:
     """Measure everything."""
     measure_plant(config)
     measure_wheels(config)
+    measure_modes(config)
     measure_vector(config)
     measure_single(config)
     if config.ppo:

@@ -10,15 +10,19 @@ from typing import Any
 from ftac_gym.baselines import tuned
 from ftac_gym.baselines.baseline import Baseline
 from ftac_gym.baselines.controllers.afntsmc import AFNTSMC
+from ftac_gym.baselines.controllers.aismc import AISMC
 from ftac_gym.baselines.controllers.chen_m1 import ChenM1
 from ftac_gym.baselines.controllers.chen_m2 import ChenM2
 from ftac_gym.baselines.controllers.chen_m3 import ChenM3
+from ftac_gym.baselines.controllers.fuzzy_pd import FuzzyPD
+from ftac_gym.baselines.controllers.fuzzy_smc import FuzzySMC
 from ftac_gym.baselines.controllers.hsfc import HSFC
 from ftac_gym.baselines.controllers.nftsm import NFTSM
 from ftac_gym.baselines.controllers.pd import PD, PDDisturbanceObserver
 from ftac_gym.baselines.controllers.predefined_time import PredefinedTimeLaw
 from ftac_gym.baselines.controllers.prescribed_performance import PrescribedPerformance
 from ftac_gym.baselines.controllers.ptc import PTC
+from ftac_gym.baselines.controllers.raftsmc_class import RAFTSMCClass
 from ftac_gym.baselines.controllers.shen_class import ShenClass
 from ftac_gym.baselines.controllers.shopd_plus import SHOPDPlus
 from ftac_gym.baselines.controllers.tsmc_class import TSMCClass
@@ -60,6 +64,8 @@ def _sampled(name: str, law: type[Baseline], observer: str, gains: Mapping[str, 
     }
 
 
+_PUBLISHED: dict[str, Any] = {"design": "published"}
+
 _ENTRIES: dict[str, _Entry] = {
     "pd": _Entry(PD),
     "pd_dob": _Entry(PDDisturbanceObserver),
@@ -92,6 +98,14 @@ _ENTRIES: dict[str, _Entry] = {
     # tau and rho for a body of 350 kg m^2 instead of one of 10 to 20.
     "chen_m3_scaled": _Entry(ChenM3, {"reaching_linear": 100.0, "reaching_power_gain": 10.0}),
     "prescribed_performance": _Entry(PrescribedPerformance),
+    # Li et al. 2023, for flexible craft. As published: gains of the appendix, and the quaternion as its sign has it.
+    "fuzzy_smc": _Entry(FuzzySMC, {"design": "published", "observer": _PUBLISHED, "short_way": False}),
+    "fuzzy_smc_solved": _Entry(FuzzySMC),
+    "fuzzy_smc_ilo_class": _Entry(FuzzySMC, {"design": "published", "faults": "ilo_class", "short_way": False}),
+    "fuzzy_pd": _Entry(FuzzyPD, {"observer": _PUBLISHED, "short_way": False}),
+    "fuzzy_pd_gyroscopic": _Entry(FuzzyPD, {"observer": _PUBLISHED, "short_way": False, "compensation": "gyroscopic"}),
+    "aismc": _Entry(AISMC, {"design": "published", "short_way": False}),
+    "raftsmc_class": _Entry(RAFTSMCClass),
 }
 
 

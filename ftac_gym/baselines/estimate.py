@@ -24,9 +24,12 @@ class FaultEstimate:
         (N, m) uncommanded torque of each wheel [N m]; what lies in the null space of the wheel axes cannot be seen.
     identifiable
         (N, m) whether each wheel has been given enough sustained torque of late to tell its effectiveness.
+    vibration
+        (N, 3) torque of the vibration modes on the body [N m], which is then no part of the disturbance.
     """
 
     disturbance: FloatArray | None = None
     effectiveness: FloatArray | None = None
     bias: FloatArray | None = None
     identifiable: npt.NDArray[np.bool_] | None = None
+    vibration: FloatArray | None = None

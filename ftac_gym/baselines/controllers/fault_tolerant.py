@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ftac_gym.baselines import observers
-from ftac_gym.baselines.allocation import EffectivenessAllocation
+from ftac_gym.baselines.allocation import EffectivenessAllocation, MinimaxAllocation
 from ftac_gym.baselines.baseline import Baseline
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.fault_source import FaultSource
@@ -62,6 +62,7 @@ class FaultTolerantLaw(Baseline):
         self._gyroscopic = GyroscopicModel(scenario, telemetry=False)
         with fields_named(smallest="smallest_effectiveness"):
             self._allocation = EffectivenessAllocation(axes, self.allocation_power, smallest_effectiveness)
+        self._minimax = MinimaxAllocation(craft.wheels)
         self._faults = FaultSource(scenario, self.memory, faults, observer)
         self.information = self._faults.information
 
@@ -90,3 +91,21 @@ class FaultTolerantLaw(Baseline):
         if estimate.bias is not None:
             torque = torque - estimate.bias @ self._axes_transposed
         return self._allocation(torque, estimate.effectiveness)
+
+    def _to_wheels_evenly(self, torque: FloatArray, estimate: FaultEstimate | None) -> FloatArray:
+        """Return wheel torques (N, m) [N m], not limited, likewise, with the smallest largest share of a limit.
+
+        What this lacks through wheels that are believed weak is given to the others.
+        """
+        if estimate is None:
+            return self._minimax(torque)
+        if estimate.bias is not None:
+            torque = torque - estimate.bias @ self._axes_transposed
+        elif estimate.disturbance is not None:
+            # An observer that knows no biases has them, and all else, in the torque that keeps it on the measured rate.
+            torque = torque - estimate.disturbance
+        command = self._minimax(torque)
+        if estimate.effectiveness is None:
+            return command
+        missing = torque - (np.clip(estimate.effectiveness, 0.0, 1.0) * command) @ self._axes_transposed
+        return command + self._allocation(missing, estimate.effectiveness)

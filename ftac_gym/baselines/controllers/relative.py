@@ -6,11 +6,8 @@ from abc import abstractmethod
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
-from ftac_gym.baselines.allocation import MinimaxAllocation, scale_to_limits
+from ftac_gym.baselines.allocation import scale_to_limits
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantLaw
-from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter
 from ftac_gym.baselines.relative_motion import RelativeMotion, relative_motion
 from ftac_gym.measurement import Measurement
@@ -60,7 +57,6 @@ class RelativeLaw(FaultTolerantLaw):
     ) -> None:
         super().__init__(scenario, num_craft, faults, observer)
         self._moving = scenario.reference.moving
-        self._minimax = MinimaxAllocation(scenario.spacecraft.wheels)
         self._filter = AttitudeFilter(scenario, self.memory, attitude_filter_time)
 
     @abstractmethod
@@ -85,19 +81,4 @@ class RelativeLaw(FaultTolerantLaw):
         torque = acceleration @ self._inertia
         torque += self._gyroscopic.torque(measurement.rate, measurement.wheel_momentum)
         estimate = self._faults.update(measurement)
-        return scale_to_limits(self._to_wheels(torque, estimate), self._torque_limits)
-
-    def _to_wheels(self, torque: FloatArray, estimate: FaultEstimate | None) -> FloatArray:
-        """Return wheel torques (N, m) [N m], not limited, that give a torque (N, 3) in spite of the faults believed."""
-        if estimate is None:
-            return self._minimax(torque)
-        if estimate.bias is not None:
-            torque = torque - estimate.bias @ self._axes_transposed
-        elif estimate.disturbance is not None:
-            # An observer that knows no biases has them, and all else, in the torque that keeps it on the measured rate.
-            torque = torque - estimate.disturbance
-        command = self._minimax(torque)
-        if estimate.effectiveness is None:
-            return command
-        missing = torque - (np.clip(estimate.effectiveness, 0.0, 1.0) * command) @ self._axes_transposed
-        return command + self._allocation(missing, estimate.effectiveness)
+        return scale_to_limits(self._to_wheels_evenly(torque, estimate), self._torque_limits)

@@ -10,6 +10,8 @@ from typing import Any, Protocol
 
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.memory import Memory
+from ftac_gym.baselines.observers.fuzzy_observer import FuzzyObserver
+from ftac_gym.baselines.observers.iterative_learning_observer import IterativeLearningObserver
 from ftac_gym.baselines.observers.learning_observer import LearningObserver
 from ftac_gym.baselines.observers.sliding_mode_observer import SlidingModeObserver
 from ftac_gym.baselines.search import SearchSpace
@@ -37,11 +39,15 @@ PRINTED_LEARNING: dict[str, Any] = {
 }
 """M, H1 and H2 of Table 1 of Cao et al. 2022."""
 
-_OBSERVERS: dict[str, tuple[type[SlidingModeObserver] | type[LearningObserver], Mapping[str, Any]]] = {
+_Kind = type[SlidingModeObserver] | type[LearningObserver] | type[FuzzyObserver] | type[IterativeLearningObserver]
+
+_OBSERVERS: dict[str, tuple[_Kind, Mapping[str, Any]]] = {
     "asmo": (SlidingModeObserver, {}),
     "asmo_printed": (SlidingModeObserver, {"effectiveness_gain": 0.5, "bias_gain": 1.0, "layer": 0.0}),
     "lo": (LearningObserver, {**PRINTED_LEARNING, "forgetting": 0.9, "switching": 2.5, "full_torque": None}),
     "lo_corrected": (LearningObserver, {}),
+    "fafeo": (FuzzyObserver, {}),
+    "ilo_class": (IterativeLearningObserver, {}),
 }
 
 
@@ -86,6 +92,8 @@ def search_space(name: str) -> SearchSpace:
 __all__ = [
     "PRINTED_LEARNING",
     "FaultObserver",
+    "FuzzyObserver",
+    "IterativeLearningObserver",
     "LearningObserver",
     "SlidingModeObserver",
     "make",

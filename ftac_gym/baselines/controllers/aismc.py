@@ -1,0 +1,93 @@
+"""The adaptive integral sliding-mode control that Li, Xu and Chang 2023 compare theirs with."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from ftac_gym.attitude import cross
+from ftac_gym.baselines import synthesis
+from ftac_gym.baselines.controllers.flexible import FlexibleLaw
+from ftac_gym.baselines.relative_motion import RelativeMotion
+from ftac_gym.baselines.search import Range, SearchSpace
+from ftac_gym.baselines.takagi_sugeno import TriangularSets
+from ftac_gym.measurement import Measurement
+from ftac_gym.parameters import FloatArray, non_negative, positive
+from ftac_gym.scenario import Scenario
+
+
+class AISMC(FlexibleLaw):
+    """Eqs. (70), (71) of Li et al. 2023, after Li, Liu and Shi 2020.
+
+        torque = -(sum h_i |K_i s| + sigma + |S|) s / (|s| + layer) - g(s)
+        S = s - integral of sum h_i (A_i + B K_i) s
+
+    It has no observer: faults, disturbance and vibration are left to |S|, which grows for as long as s does not do what
+    A_i + B K_i would have it do, and never knows in which direction. K_i is that of the fuzzy controller: the paper
+    takes it from a theorem of another one. The integral is the trapezoidal rule.
+
+    Parameters
+    ----------
+    scenario, num_craft
+        As for every baseline.
+    design
+        Where K_i [N m s/rad] is from, see :class:`~ftac_gym.baselines.controllers.fuzzy_smc.FuzzySMC`.
+    slope
+        beta [rad/s].
+    margin, layer
+        sigma [N m] and sigma' [rad/s].
+    limit, short_way, attitude_filter_time
+        See :class:`~ftac_gym.baselines.controllers.flexible.FlexibleLaw`.
+
+    Raises
+    ------
+    ValueError
+        If the spacecraft is rigid or a gain breaks a rule.
+    """
+
+    search_space: ClassVar[SearchSpace] = {
+        "slope": Range(0.05, 2.0, log=True),
+        "margin": Range(1e-4, 0.1, log=True),
+        "layer": Range(1e-3, 0.3, log=True),
+        "attitude_filter_time": Range(0.0, 5.0),
+    }
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        num_craft: int = 1,
+        design: str = "solved",
+        slope: float = 2.0,
+        margin: float = 0.002,
+        layer: float = 0.01,
+        limit: str = "each",
+        short_way: bool = True,
+        attitude_filter_time: float = 0.0,
+    ) -> None:
+        super().__init__(scenario, num_craft, "none", None, slope, limit, short_way, attitude_filter_time)
+        self._feedback = synthesis.gains(scenario.spacecraft, design).controller.feedback
+        self._quick_inverse: FloatArray = np.linalg.inv(self._quick_inertia).astype(np.float64)
+        self._membership = TriangularSets()
+        self._margin = non_negative(margin, "margin")
+        self._layer = positive(layer, "layer")
+        self.memory.add("integral", (3,))
+        self.memory.add("last_slope", (3,))
+        self.memory.add("fresh", (1,), initial=True)
+
+    def _torque(self, measurement: Measurement, motion: RelativeMotion, variable: FloatArray) -> FloatArray:
+        memory, rate = self.memory, measurement.rate
+        weights = self._membership(rate)
+        feedback = np.einsum("rij,nj->nri", self._feedback, variable)
+        pull = np.einsum("nr,nri->ni", weights, feedback) - cross(rate, variable @ self._inertia)
+        slope = pull @ self._quick_inverse
+        fresh = memory["fresh"]
+        area = (0.5 * self._period) * (slope + memory["last_slope"])
+        memory["integral"] = memory["integral"] + np.where(fresh, 0.0, area)
+        memory["last_slope"], memory["fresh"] = slope, np.zeros_like(fresh)
+
+        bound = np.linalg.norm(variable - memory["integral"], axis=1)
+        gain = np.einsum("nr,nr->n", weights, np.linalg.norm(feedback, axis=2)) + self._margin + bound
+        size = np.linalg.norm(variable, axis=1) + self._layer
+        torque: FloatArray = -(gain / size)[:, None] * variable
+        return torque - self._nonlinear_torque(measurement, motion)

@@ -1,0 +1,94 @@
+"""The fuzzy adaptive sliding-mode controller of Li, Xu and Chang 2023."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ftac_gym.baselines import synthesis
+from ftac_gym.baselines.controllers.flexible import FlexibleLaw
+from ftac_gym.baselines.relative_motion import RelativeMotion
+from ftac_gym.baselines.search import Range, SearchSpace
+from ftac_gym.baselines.takagi_sugeno import TakagiSugenoModel, TriangularSets
+from ftac_gym.measurement import Measurement
+from ftac_gym.parameters import FloatArray, non_negative, positive, require
+from ftac_gym.scenario import Scenario
+
+
+class FuzzySMC(FlexibleLaw):
+    """Eqs. (39), (40), (64) of Li et al. 2023.
+
+        torque = sum h_i K_i s - sigma_1 s - sigma_2 s / (|s| + layer) - g(s) - f^ - d^,  s = w_e + beta q_ev
+
+    The blend of D_2i over the rules is exact inside their sector, so that d^ is the vibration torque itself.
+
+    Parameters
+    ----------
+    scenario, num_craft
+        As for every baseline.
+    faults, observer
+        See :class:`~ftac_gym.baselines.controllers.fault_tolerant.FaultTolerantLaw`.
+    design
+        Where K_i [N m s/rad] is from: ``"published"`` (the paper's appendix) or ``"solved"`` (its matrix inequalities
+        for this spacecraft).
+    feedback_share
+        Factor on K_i.
+    slope
+        beta [rad/s].
+    linear, switching, layer
+        sigma_1 [N m s/rad], sigma_2 [N m], sigma_2' [rad/s].
+    limit, short_way, attitude_filter_time
+        See :class:`~ftac_gym.baselines.controllers.flexible.FlexibleLaw`.
+
+    Raises
+    ------
+    ValueError
+        If the spacecraft is rigid, a gain breaks a rule, or K_i leaves an unstable s for this spacecraft.
+    """
+
+    search_space: ClassVar[SearchSpace] = {
+        "feedback_share": Range(0.1, 10.0, log=True),
+        "slope": Range(0.05, 2.0, log=True),
+        "switching": Range(1e-4, 0.1, log=True),
+        "layer": Range(1e-4, 0.1, log=True),
+        "attitude_filter_time": Range(0.0, 5.0),
+    }
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        num_craft: int = 1,
+        faults: str = "fafeo",
+        observer: Mapping[str, Any] | None = None,
+        design: str = "solved",
+        feedback_share: float = 1.0,
+        slope: float = 2.0,
+        linear: float = 0.2,
+        switching: float = 0.15,
+        layer: float = 1e-4,
+        limit: str = "each",
+        short_way: bool = True,
+        attitude_filter_time: float = 0.0,
+    ) -> None:
+        super().__init__(scenario, num_craft, faults, observer, slope, limit, short_way, attitude_filter_time)
+        model = TakagiSugenoModel(scenario.spacecraft)
+        feedback = (
+            positive(feedback_share, "feedback_share")
+            * synthesis.gains(scenario.spacecraft, design).controller.feedback
+        )
+        slowest = float(np.linalg.eigvals(model.state + model.input @ feedback).real.max())
+        require(slowest < 0.0, "design", f"must leave a stable s; the slowest pole is {slowest:.3g} 1/s", design)
+        self._membership = TriangularSets()
+        self._feedback = feedback.reshape(len(feedback), 9)
+        self._linear = non_negative(linear, "linear")
+        self._switching = non_negative(switching, "switching")
+        self._layer = positive(layer, "layer")
+
+    def _torque(self, measurement: Measurement, motion: RelativeMotion, variable: FloatArray) -> FloatArray:
+        gains = (self._membership(measurement.rate) @ self._feedback).reshape(-1, 3, 3)
+        size = np.sqrt(np.einsum("ni,ni->n", variable, variable))[:, None]
+        torque: FloatArray = (gains @ variable[:, :, None])[:, :, 0]
+        torque -= (self._linear + self._switching / (size + self._layer)) * variable
+        return torque - self._nonlinear_torque(measurement, motion)

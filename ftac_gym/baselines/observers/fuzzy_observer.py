@@ -1,0 +1,221 @@
+"""The fuzzy adaptive fault-estimation observer of Li, Xu and Chang 2023, for flexible spacecraft."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar
+
+import numpy as np
+
+from ftac_gym.attitude import cross
+from ftac_gym.baselines import synthesis
+from ftac_gym.baselines.estimate import FaultEstimate
+from ftac_gym.baselines.memory import Memory
+from ftac_gym.baselines.search import SearchSpace
+from ftac_gym.baselines.synthesis import ObserverGains, error_dynamics
+from ftac_gym.baselines.takagi_sugeno import TakagiSugenoModel, TriangularSets
+from ftac_gym.measurement import Measurement
+from ftac_gym.parameters import FloatArray, positive, require
+from ftac_gym.scenario import Scenario
+
+METHODS = ("rk4", "euler")
+STARTS = ("measured", "zero")
+
+
+class FuzzyObserver:
+    """Estimate of rate, fault torque and vibration from the measured rate alone: Eqs. (16), (17), without derivatives.
+
+    With e = w - x^, t = D u the torque commanded, and the sums over the rules blended by the measured rate:
+
+        f^ = z_f + P_f e,   varpi^ = z_v + P_v e,   d^ = varpi^ - (0, delta w) = (eta^, eta^')
+        x^' = sum h_i {A_i x^ + B (t + f^) + D_i d^ + K_i e}
+        z_f' = sum h_i F_i e,   z_v' = A_v varpi^ + B_v w + sum h_i G_i e
+
+    which is the printed law with its term in y' integrated by parts (Eq. (22)). f is the torque of the faults on the
+    body, not the torque of each wheel: with more than three wheels those cannot be told apart.
+
+    The observer is sampled: it integrates the period behind it, with the command that was held, along the line between
+    the two rates measured at its ends.
+
+    Parameters
+    ----------
+    scenario
+        The task; its nominal spacecraft, with appendages, is the model.
+    memory
+        Where the state is kept.
+    design
+        ``"published"``: the gains of the paper's appendix; ``"solved"``: those that solving the paper's matrix
+        inequalities for this spacecraft gives.
+    torque_bound
+        f_max [N m]; beyond it f^ is clipped and z_f stands still. It must exceed the whole equivalent fault
+        (E - I) u + f. None for no bound.
+    vibration_bound
+        Largest sum of the magnitudes of d^, which is scaled down to it; None for no bound.
+    start
+        ``"measured"``: from the first measured rate, appendages at rest; ``"zero"``: from nothing.
+    interpolate
+        Whether the rate is interpolated within a period; else it is held at its start.
+    method
+        ``"rk4"`` or ``"euler"``.
+    longest_step
+        The period is divided into steps of at most this [s].
+
+    Raises
+    ------
+    ValueError
+        If the spacecraft is rigid, a parameter breaks a rule, or the gains leave an unstable error for this spacecraft.
+    """
+
+    search_space: ClassVar[SearchSpace] = {}
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        memory: Memory,
+        design: str = "solved",
+        torque_bound: float | None = None,
+        vibration_bound: float | None = None,
+        start: str = "measured",
+        interpolate: bool = True,
+        method: str = "rk4",
+        longest_step: float = 0.05,
+    ) -> None:
+        require(start in STARTS, "start", f"must be one of {list(STARTS)}", start)
+        require(method in METHODS, "method", f"must be one of {list(METHODS)}", method)
+        self._torque_bound = None if torque_bound is None else positive(torque_bound, "torque_bound")
+        self._vibration_bound = None if vibration_bound is None else positive(vibration_bound, "vibration_bound")
+        self._know_rate, self._interpolate, self._method = start == "measured", bool(interpolate), method
+        self._steps = math.ceil(scenario.control_period / positive(longest_step, "longest_step") - 1e-9)
+        model = TakagiSugenoModel(scenario.spacecraft)
+        gains = synthesis.gains(scenario.spacecraft, design).observer
+        slowest = float(np.linalg.eigvals(error_dynamics(model, gains)).real.max())
+        require(slowest < 0.0, "design", f"must leave a stable error; the slowest pole is {slowest:.3g} 1/s", design)
+        appendages = scenario.spacecraft.appendages
+        assert appendages is not None
+        self._coupling = appendages.coupling_matrix
+        self._stiffness, self._damping = appendages.stiffness, appendages.damping
+        self._axes_transposed = scenario.spacecraft.wheels.axis_matrix.T.copy()
+        self._membership = TriangularSets()
+        self._proportional = np.concatenate([gains.fault_proportional, gains.vibration_proportional]).T.copy()
+        self._modes = appendages.count
+        self._shape, self._rules = _rules(model, gains)
+        self._memory = memory
+        memory.add("fuzzy_state", (6 + 2 * self._modes,))
+        memory.add("observed_rate", (3,))
+        memory.add("rate_mismatch", (3,))
+        memory.add("fault_torque", (3,))
+        memory.add("vibration", (2 * self._modes,))
+        memory.add("vibration_torque", (3,))
+        memory.add("observer_fresh", (1,), initial=True)
+
+    @property
+    def estimate(self) -> FaultEstimate:
+        """The latest estimate."""
+        return FaultEstimate(disturbance=self._memory["fault_torque"], vibration=self._memory["vibration_torque"])
+
+    def update(self, measurement: Measurement, command: FloatArray, dt: float) -> FaultEstimate:
+        """Take in a measurement and the command (N, m) [N m] of the period dt [s] that ends with it."""
+        memory, rate = self._memory, measurement.rate
+        fresh, before = memory["observer_fresh"], memory["observed_rate"]
+        state = self._advanced(memory["fuzzy_state"], command @ self._axes_transposed, before, rate, dt)
+        if fresh.any():
+            state = np.where(fresh, self._initial(rate), state)
+        mismatch, fault, _, vibration = self._parts(state, rate)
+        displacement, swing = vibration[:, : self._modes], vibration[:, self._modes :]
+        pull = (self._damping * swing + self._stiffness * displacement) @ self._coupling
+        memory["fuzzy_state"], memory["observed_rate"], memory["rate_mismatch"] = state, rate, mismatch
+        memory["fault_torque"], memory["vibration"] = fault, vibration
+        memory["vibration_torque"] = pull - cross(rate, swing @ self._coupling)
+        memory["observer_fresh"] = np.zeros_like(fresh)
+        return self.estimate
+
+    def _initial(self, rate: FloatArray) -> FloatArray:
+        """Return the state (N, 6 + 2k) at the first measurement, where f^ = 0 and the appendages are at rest."""
+        state = np.zeros((len(rate), 6 + 2 * self._modes))
+        if self._know_rate:
+            state[:, :3] = rate
+            state[:, 6 + self._modes :] = rate @ self._coupling.T
+        else:
+            state[:, 3:] = -rate @ self._proportional
+        return state
+
+    def _parts(self, state: FloatArray, rate: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Return e (N, 3), f^ (N, 3), varpi^ (N, 2k) and d^ (N, 2k) of a state at a rate."""
+        mismatch: FloatArray = rate - state[:, :3]
+        corrected = state[:, 3:] + mismatch @ self._proportional
+        fault, motion = corrected[:, :3], corrected[:, 3:]
+        if self._torque_bound is not None:
+            fault = np.minimum(np.maximum(fault, -self._torque_bound), self._torque_bound)
+        vibration = motion.copy()
+        vibration[:, self._modes :] -= rate @ self._coupling.T
+        if self._vibration_bound is not None:
+            size = np.abs(vibration).sum(axis=1, keepdims=True)
+            vibration *= np.minimum(1.0, self._vibration_bound / np.maximum(size, 1e-300))
+        return mismatch, fault, motion, vibration
+
+    def _blend(self, rate: FloatArray) -> FloatArray:
+        """Return the matrices (N, 6 + 2k, columns) of the rules that fire at a rate."""
+        blended: FloatArray = (self._membership(rate) @ self._rules).reshape(len(rate), *self._shape)
+        return blended
+
+    def _slope(self, state: FloatArray, rate: FloatArray, torque: FloatArray, blend: FloatArray) -> FloatArray:
+        mismatch, fault, motion, vibration = self._parts(state, rate)
+        everything = np.concatenate([state[:, :3], mismatch, fault, motion, vibration, rate, torque], axis=1)
+        slope: FloatArray = (blend @ everything[:, :, None])[:, :, 0]
+        if self._torque_bound is not None:
+            wanted = state[:, 3:6] + mismatch @ self._proportional[:, :3]
+            pushed = (np.abs(wanted) >= self._torque_bound) & (wanted * slope[:, 3:6] > 0.0)
+            slope[:, 3:6][pushed] = 0.0
+        return slope
+
+    def _advanced(
+        self, state: FloatArray, torque: FloatArray, before: FloatArray, after: FloatArray, dt: float
+    ) -> FloatArray:
+        """Return the state at the end of a period with rates (N, 3) at its ends and a torque (N, 3) on the body."""
+        step, change = dt / self._steps, after - before
+        if not self._interpolate:
+            change = np.zeros_like(change)
+        rate, blend = before, self._blend(before)
+        for number in range(self._steps):
+            first = self._slope(state, rate, torque, blend)
+            if self._method == "euler":
+                state = state + step * first
+                rate = before + ((number + 1) / self._steps) * change
+                blend = self._blend(rate)
+                continue
+            middle, end = (before + ((number + part) / self._steps) * change for part in (0.5, 1.0))
+            blend_middle, blend_end = self._blend(middle), self._blend(end)
+            second = self._slope(state + (0.5 * step) * first, middle, torque, blend_middle)
+            third = self._slope(state + (0.5 * step) * second, middle, torque, blend_middle)
+            fourth = self._slope(state + step * third, end, torque, blend_end)
+            state = state + (step / 6.0) * (first + 2.0 * (second + third) + fourth)
+            rate, blend = end, blend_end
+        return state
+
+
+def _rules(model: TakagiSugenoModel, gains: ObserverGains) -> tuple[tuple[int, int], FloatArray]:
+    """Return the slope of the state as matrices, one per rule, flat for blending (8, rows * columns), and their shape.
+
+    Rows are x^, z_f, z_v; columns x^, e, f^, varpi^, d^, w, t.
+    """
+    count = model.vibration.shape[0]
+    rows, columns = (
+        np.split(np.arange(6 + count), [3, 6]),
+        np.split(np.arange(15 + 2 * count), np.cumsum([3, 3, 3, count, count, 3])),
+    )
+    rate, fault, motion = rows
+    estimated, mismatch, torque, whole, vibration, measured, commanded = columns
+    rules = np.zeros((len(model.state), 6 + count, 15 + 2 * count))
+    for row, column, part in (
+        (rate, estimated, model.state),
+        (rate, mismatch, gains.rate),
+        (rate, torque, model.input),
+        (rate, vibration, model.vibration_input),
+        (rate, commanded, model.input),
+        (fault, mismatch, gains.fault),
+        (motion, mismatch, gains.vibration),
+        (motion, whole, model.vibration),
+        (motion, measured, model.rate_to_vibration),
+    ):
+        rules[:, row[:, None], column[None, :]] = part
+    return (rules.shape[1], rules.shape[2]), rules.reshape(len(rules), -1)

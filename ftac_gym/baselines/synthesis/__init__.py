@@ -1,0 +1,40 @@
+"""Gains of observer and controller from linear matrix inequalities (Li, Xu and Chang 2023), proved after solving."""
+
+from ftac_gym.baselines.synthesis.certificate import Certificate
+from ftac_gym.baselines.synthesis.controller import (
+    ControllerDesign,
+    ControllerProof,
+    certify_controller,
+    design_controller,
+)
+from ftac_gym.baselines.synthesis.designs import Gains, design, gains, published, solved
+from ftac_gym.baselines.synthesis.gains import ControllerGains, ObserverGains
+from ftac_gym.baselines.synthesis.observer import (
+    ObserverDesign,
+    certify_observer,
+    design_observer,
+    error_dynamics,
+    error_inputs,
+)
+from ftac_gym.baselines.synthesis.regions import Disc
+
+__all__ = [
+    "Certificate",
+    "ControllerDesign",
+    "ControllerGains",
+    "ControllerProof",
+    "Disc",
+    "Gains",
+    "ObserverDesign",
+    "ObserverGains",
+    "certify_controller",
+    "certify_observer",
+    "design",
+    "design_controller",
+    "design_observer",
+    "error_dynamics",
+    "error_inputs",
+    "gains",
+    "published",
+    "solved",
+]

@@ -1,0 +1,159 @@
+"""Gains by where they are from: the paper's appendix, or matrix inequalities solved for a spacecraft.
+
+Designs that were solved once are kept as data, so that using them needs no solver and gives the same numbers
+everywhere; ``python train/synthesize.py --scenario NAME --store`` makes them.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cache, lru_cache
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from ftac_gym.baselines.synthesis.controller import DISC as CONTROLLER_DISC
+from ftac_gym.baselines.synthesis.controller import ControllerDesign, design_controller
+from ftac_gym.baselines.synthesis.gains import (
+    ControllerGains,
+    ObserverGains,
+    controller_from,
+    default_fault_proportional,
+    default_vibration_proportional,
+    observer_from,
+)
+from ftac_gym.baselines.synthesis.observer import DISC as OBSERVER_DISC
+from ftac_gym.baselines.synthesis.observer import ObserverDesign, design_observer
+from ftac_gym.baselines.synthesis.regions import Disc
+from ftac_gym.baselines.takagi_sugeno import TakagiSugenoModel
+from ftac_gym.parameters import FloatArray, require
+from ftac_gym.spacecraft import Spacecraft
+
+DESIGNS = ("published", "solved")
+
+_FOLDER = resources.files("ftac_gym.baselines.synthesis")
+
+
+@dataclass(frozen=True, eq=False)
+class Gains:
+    """Gains of observer and controller."""
+
+    observer: ObserverGains
+    controller: ControllerGains
+
+
+@cache
+def published() -> Gains:
+    """Return the gains of the appendix (A.1), (A.2) of Li et al. 2023, with theta F_2 and theta G_2 of Eq. (68)."""
+    data = json.loads(_FOLDER.joinpath("li_2023_published.json").read_text())
+    observer = ObserverGains(
+        **{name: np.array(part) for name, part in data["observer"].items()},
+        fault_proportional=default_fault_proportional(),
+        vibration_proportional=default_vibration_proportional(4),
+    )
+    return Gains(observer, controller_from(data["controller"]))
+
+
+def design(
+    spacecraft: Spacecraft, observer_disc: Disc = OBSERVER_DISC, controller_disc: Disc = CONTROLLER_DISC
+) -> tuple[ObserverDesign, ControllerDesign]:
+    """Solve both theorems for a spacecraft, each for its smallest level.
+
+    The bound on the virtual torque is what the limits of the wheels leave at the least about any body axis, times the
+    root of three: 5 sqrt(3) N m in the paper's example.
+
+    Raises
+    ------
+    ValueError
+        If the spacecraft is rigid or there is no solution.
+    ImportError
+        Without CVXPY.
+    """
+    model, wheels = TakagiSugenoModel(spacecraft), spacecraft.wheels
+    limits = np.where(np.isfinite(wheels.torque_limits), wheels.torque_limits, 5.0)
+    bound = float(np.sqrt(3.0) * (np.abs(wheels.axis_matrix) @ limits).min())
+    return design_observer(model, observer_disc), design_controller(model, controller_disc, torque_bound=bound)
+
+
+def identity(spacecraft: Spacecraft) -> dict[str, Any]:
+    """Return the numbers of a spacecraft that a design is for."""
+    appendages = spacecraft.appendages
+    if appendages is None:
+        raise ValueError("appendages must be given: a fuzzy design is one for a flexible spacecraft, got None")
+    return {
+        "inertia": [list(row) for row in spacecraft.inertia],
+        "frequencies": list(appendages.frequencies),
+        "damping_ratios": list(appendages.damping_ratios),
+        "coupling": [list(row) for row in appendages.coupling],
+        "axes": [list(row) for row in spacecraft.wheels.axes],
+        "torque_limits": [None if np.isinf(limit) else float(limit) for limit in spacecraft.wheels.torque_limits],
+    }
+
+
+@lru_cache(maxsize=32)
+def solved(spacecraft: Spacecraft) -> Gains:
+    """Return the gains for a spacecraft: kept ones if there are any, else by solving, which takes seconds.
+
+    Raises
+    ------
+    ValueError
+        If the spacecraft is rigid or there is no solution.
+    ImportError
+        If nothing is kept, and without CVXPY.
+    """
+    wanted = identity(spacecraft)
+    for file in sorted(_FOLDER.joinpath("kept").iterdir(), key=lambda entry: entry.name):
+        data = json.loads(file.read_text())
+        if data["spacecraft"] == wanted:
+            return Gains(observer_from(data["observer"]), controller_from(data["controller"]))
+    observer, controller = design(spacecraft)
+    return Gains(observer.gains, controller.gains)
+
+
+def gains(spacecraft: Spacecraft, source: str) -> Gains:
+    """Return the gains from a source.
+
+    Parameters
+    ----------
+    spacecraft
+        What they are for; those of the paper are what they are.
+    source
+        ``"published"`` or ``"solved"``.
+
+    Raises
+    ------
+    ValueError
+        If the source is unknown, or the spacecraft does not have as many modes as the paper's.
+    """
+    require(source in DESIGNS, "design", f"must be one of {list(DESIGNS)}", source)
+    if source == "solved":
+        return solved(spacecraft)
+    identity(spacecraft)
+    rule = f"must be 'solved' for a craft with {spacecraft.modes} modes: published is for 4"
+    require(spacecraft.modes == 4, "design", rule, source)
+    return published()
+
+
+def record(spacecraft: Spacecraft, observer: ObserverDesign, controller: ControllerDesign) -> dict[str, Any]:
+    """Return what is kept of a design, as plain data."""
+    disc = observer.certificate.disc
+
+    def rounded(data: dict[str, Any]) -> dict[str, Any]:
+        # Nine digits: the certificate holds for what is kept, and two machines keep the same.
+        return {name: _rounded(np.array(part)) for name, part in data.items()}
+
+    return {
+        "spacecraft": identity(spacecraft),
+        "gamma_1": round(observer.certificate.gamma, 4),
+        "gamma_2": round(controller.proof.certificate.gamma, 4),
+        "observer_disc": None if disc is None else [disc.centre, disc.radius],
+        "observer": rounded(observer.gains.to_dict()),
+        "controller": rounded(controller.gains.to_dict()),
+    }
+
+
+def _rounded(array: FloatArray) -> Any:
+    digits = np.vectorize(lambda value: float(f"{value:.9g}"))
+    return digits(array).tolist()
