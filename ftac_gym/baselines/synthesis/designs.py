@@ -85,7 +85,7 @@ def identity(spacecraft: Spacecraft) -> dict[str, Any]:
     return {
         "inertia": [list(row) for row in spacecraft.inertia],
         "frequencies": list(appendages.frequencies),
-        "damping_ratios": list(appendages.damping_ratios),
+        "damping_ratios": np.array(appendages.damping_ratios).tolist(),
         "coupling": [list(row) for row in appendages.coupling],
         "axes": [list(row) for row in spacecraft.wheels.axes],
         "torque_limits": [None if np.isinf(limit) else float(limit) for limit in spacecraft.wheels.torque_limits],
