@@ -98,7 +98,7 @@ class FuzzyObserver:
         self._membership = TriangularSets()
         self._proportional = np.concatenate([gains.fault_proportional, gains.vibration_proportional]).T.copy()
         self._modes = appendages.count
-        self._shape, self._rules = _rules(model, gains)
+        self._rules = _rules(model, gains)
         self._memory = memory
         memory.add("fuzzy_state", (6 + 2 * self._modes,))
         memory.add("observed_rate", (3,))
@@ -153,15 +153,11 @@ class FuzzyObserver:
             vibration *= np.minimum(1.0, self._vibration_bound / np.maximum(size, 1e-300))
         return mismatch, fault, motion, vibration
 
-    def _blend(self, rate: FloatArray) -> FloatArray:
-        """Return the matrices (N, 6 + 2k, columns) of the rules that fire at a rate."""
-        blended: FloatArray = (self._membership(rate) @ self._rules).reshape(len(rate), *self._shape)
-        return blended
-
-    def _slope(self, state: FloatArray, rate: FloatArray, torque: FloatArray, blend: FloatArray) -> FloatArray:
+    def _slope(self, state: FloatArray, rate: FloatArray, torque: FloatArray, weights: FloatArray) -> FloatArray:
         mismatch, fault, motion, vibration = self._parts(state, rate)
         everything = np.concatenate([state[:, :3], mismatch, fault, motion, vibration, rate, torque], axis=1)
-        slope: FloatArray = (blend @ everything[:, :, None])[:, :, 0]
+        by_rule = (everything @ self._rules).reshape(len(state), weights.shape[1], -1)
+        slope: FloatArray = np.einsum("nr,nri->ni", weights, by_rule)
         if self._torque_bound is not None:
             wanted = state[:, 3:6] + mismatch @ self._proportional[:, :3]
             pushed = (np.abs(wanted) >= self._torque_bound) & (wanted * slope[:, 3:6] > 0.0)
@@ -175,28 +171,28 @@ class FuzzyObserver:
         step, change = dt / self._steps, after - before
         if not self._interpolate:
             change = np.zeros_like(change)
-        rate, blend = before, self._blend(before)
+        rate, weights = before, self._membership(before)
         for number in range(self._steps):
-            first = self._slope(state, rate, torque, blend)
+            first = self._slope(state, rate, torque, weights)
             if self._method == "euler":
                 state = state + step * first
                 rate = before + ((number + 1) / self._steps) * change
-                blend = self._blend(rate)
+                weights = self._membership(rate)
                 continue
             middle, end = (before + ((number + part) / self._steps) * change for part in (0.5, 1.0))
-            blend_middle, blend_end = self._blend(middle), self._blend(end)
-            second = self._slope(state + (0.5 * step) * first, middle, torque, blend_middle)
-            third = self._slope(state + (0.5 * step) * second, middle, torque, blend_middle)
-            fourth = self._slope(state + step * third, end, torque, blend_end)
+            weights_middle, weights_end = self._membership(middle), self._membership(end)
+            second = self._slope(state + (0.5 * step) * first, middle, torque, weights_middle)
+            third = self._slope(state + (0.5 * step) * second, middle, torque, weights_middle)
+            fourth = self._slope(state + step * third, end, torque, weights_end)
             state = state + (step / 6.0) * (first + 2.0 * (second + third) + fourth)
-            rate, blend = end, blend_end
+            rate, weights = end, weights_end
         return state
 
 
-def _rules(model: TakagiSugenoModel, gains: ObserverGains) -> tuple[tuple[int, int], FloatArray]:
-    """Return the slope of the state as matrices, one per rule, flat for blending (8, rows * columns), and their shape.
+def _rules(model: TakagiSugenoModel, gains: ObserverGains) -> FloatArray:
+    """Return what each rule makes of (x^, e, f^, varpi^, d^, w, t): its slopes of (x^, z_f, z_v), side by side.
 
-    Rows are x^, z_f, z_v; columns x^, e, f^, varpi^, d^, w, t.
+    The array is (inputs, 8 * slopes).
     """
     count = model.vibration.shape[0]
     rows, columns = (
@@ -218,4 +214,5 @@ def _rules(model: TakagiSugenoModel, gains: ObserverGains) -> tuple[tuple[int, i
         (motion, measured, model.rate_to_vibration),
     ):
         rules[:, row[:, None], column[None, :]] = part
-    return (rules.shape[1], rules.shape[2]), rules.reshape(len(rules), -1)
+    side_by_side: FloatArray = rules.transpose(2, 0, 1).reshape(rules.shape[2], -1).copy()
+    return side_by_side
