@@ -8,6 +8,7 @@ Examples
     python train/reproduce.py --paper cao_2022
     python train/reproduce.py --paper ma_2023
     python train/reproduce.py --paper chen_2018
+    python train/reproduce.py --paper li_2023
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ class Config:
     """What to reproduce."""
 
     paper: str
-    """The paper: zhang_zhou_2019, cao_2022, ma_2023 or chen_2018."""
+    """The paper: zhang_zhou_2019, cao_2022, ma_2023, chen_2018 or li_2023."""
     output: Path = Path("results")
     """Folder for the report; the paper has a folder in it."""
     workers: int = 2

@@ -19,6 +19,7 @@ from ftac_gym.baselines.controllers.fuzzy_smc import FuzzySMC
 from ftac_gym.baselines.controllers.hsfc import HSFC
 from ftac_gym.baselines.controllers.nftsm import NFTSM
 from ftac_gym.baselines.controllers.pd import PD, PDDisturbanceObserver
+from ftac_gym.baselines.controllers.pd_shaped import ShapedPD
 from ftac_gym.baselines.controllers.predefined_time import PredefinedTimeLaw
 from ftac_gym.baselines.controllers.prescribed_performance import PrescribedPerformance
 from ftac_gym.baselines.controllers.ptc import PTC
@@ -64,7 +65,7 @@ def _sampled(name: str, law: type[Baseline], observer: str, gains: Mapping[str, 
     }
 
 
-_PUBLISHED: dict[str, Any] = {"design": "published"}
+_PUBLISHED: dict[str, Any] = {"design": "published", "torque_bound": 2.0}
 
 _ENTRIES: dict[str, _Entry] = {
     "pd": _Entry(PD),
@@ -106,6 +107,7 @@ _ENTRIES: dict[str, _Entry] = {
     "fuzzy_pd_gyroscopic": _Entry(FuzzyPD, {"observer": _PUBLISHED, "short_way": False, "compensation": "gyroscopic"}),
     "aismc": _Entry(AISMC, {"design": "published", "short_way": False}),
     "raftsmc_class": _Entry(RAFTSMCClass),
+    "pd_shaped": _Entry(ShapedPD),
 }
 
 

@@ -39,6 +39,8 @@ class FuzzySMC(FlexibleLaw):
         beta [rad/s].
     linear, switching, layer
         sigma_1 [N m s/rad], sigma_2 [N m], sigma_2' [rad/s].
+    scheduled
+        Whether K_i is that of the rules that fire; else it is the mean of all, at any rate.
     limit, short_way, attitude_filter_time
         See :class:`~ftac_gym.baselines.controllers.flexible.FlexibleLaw`.
 
@@ -68,16 +70,16 @@ class FuzzySMC(FlexibleLaw):
         linear: float = 0.2,
         switching: float = 0.15,
         layer: float = 1e-4,
+        scheduled: bool = True,
         limit: str = "each",
         short_way: bool = True,
         attitude_filter_time: float = 0.0,
     ) -> None:
         super().__init__(scenario, num_craft, faults, observer, slope, limit, short_way, attitude_filter_time)
         model = TakagiSugenoModel(scenario.spacecraft)
-        feedback = (
-            positive(feedback_share, "feedback_share")
-            * synthesis.gains(scenario.spacecraft, design).controller.feedback
-        )
+        gains = synthesis.gains(scenario.spacecraft, design).controller
+        share = positive(feedback_share, "feedback_share")
+        feedback: FloatArray = share * (gains if scheduled else gains.mean()).feedback
         slowest = float(np.linalg.eigvals(model.state + model.input @ feedback).real.max())
         require(slowest < 0.0, "design", f"must leave a stable s; the slowest pole is {slowest:.3g} 1/s", design)
         self._membership = TriangularSets()

@@ -59,6 +59,8 @@ class FuzzyObserver:
         ``"rk4"`` or ``"euler"``.
     longest_step
         The period is divided into steps of at most this [s].
+    scheduled
+        Whether the gains are those of the rules that fire; else they are the mean of all, at any rate.
 
     Raises
     ------
@@ -79,6 +81,7 @@ class FuzzyObserver:
         interpolate: bool = True,
         method: str = "rk4",
         longest_step: float = 0.05,
+        scheduled: bool = True,
     ) -> None:
         require(start in STARTS, "start", f"must be one of {list(STARTS)}", start)
         require(method in METHODS, "method", f"must be one of {list(METHODS)}", method)
@@ -88,6 +91,7 @@ class FuzzyObserver:
         self._steps = math.ceil(scenario.control_period / positive(longest_step, "longest_step") - 1e-9)
         model = TakagiSugenoModel(scenario.spacecraft)
         gains = synthesis.gains(scenario.spacecraft, design).observer
+        gains = gains if scheduled else gains.mean()
         slowest = float(np.linalg.eigvals(error_dynamics(model, gains)).real.max())
         require(slowest < 0.0, "design", f"must leave a stable error; the slowest pole is {slowest:.3g} 1/s", design)
         appendages = scenario.spacecraft.appendages

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass, fields, replace
+from typing import Any, Self
 
 import numpy as np
 
@@ -19,8 +19,17 @@ def _checked(value: object, shape: tuple[int, ...], name: str) -> FloatArray:
     return array
 
 
-class _Plain:
-    """Gains as plain lists and back."""
+class _PerRule:
+    """Gains with one matrix per rule."""
+
+    def mean(self) -> Self:
+        """Return gains that are the mean of those of all rules, whichever of them fires."""
+        parts = {item.name: getattr(self, item.name) for item in fields(self)}  # type: ignore[arg-type]
+        # Three axes: one matrix per rule.
+        return replace(
+            self,  # type: ignore[type-var]
+            **{name: np.broadcast_to(part.mean(axis=0), part.shape) for name, part in parts.items() if part.ndim == 3},
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain JSON data."""
@@ -28,7 +37,7 @@ class _Plain:
 
 
 @dataclass(frozen=True, eq=False)
-class ObserverGains(_Plain):
+class ObserverGains(_PerRule):
     """Gains of the observer (16), (17) for a craft with k modes.
 
     Parameters
@@ -71,7 +80,7 @@ class ObserverGains(_Plain):
 
 
 @dataclass(frozen=True, eq=False)
-class ControllerGains(_Plain):
+class ControllerGains(_PerRule):
     """Gains of the virtual control of (40).
 
     Parameters

@@ -13,6 +13,8 @@ from ftac_gym.evaluation.reproduction import (
     cao_2022_plans,
     chen_2018,
     chen_2018_plans,
+    li_2023,
+    li_2023_plans,
     ma_2023,
     ma_2023_plans,
     zhang_zhou_2019,
@@ -32,6 +34,7 @@ class Paper(NamedTuple):
 PAPERS: dict[str, Paper] = {
     "cao_2022": Paper(cao_2022_plans.plans, cao_2022.evaluate),
     "chen_2018": Paper(chen_2018_plans.plans, chen_2018.evaluate),
+    "li_2023": Paper(li_2023_plans.plans, li_2023.evaluate),
     "ma_2023": Paper(ma_2023_plans.plans, ma_2023.evaluate),
     "zhang_zhou_2019": Paper(zhang_zhou_2019_plans.plans, zhang_zhou_2019.evaluate),
 }

@@ -184,3 +184,31 @@ def estimates(flights: Mapping[str, Flight]) -> Figure:
         panels[-1, column].set(xlabel="time [s]")
     figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
     return figure
+
+
+def torques_estimated(flights: Mapping[str, tuple[Flight, FloatArray]]) -> Figure:
+    """Draw the estimated torque of the faults against the truth (T, 3), dotted, one panel per flight."""
+    figure, panels = _panels({name: flight for name, (flight, _) in flights.items()}, 3.4)
+    for panel, (flight, truth) in zip(panels, flights.values(), strict=True):
+        every, time = _thinned(flight)
+        time = time[: len(truth[every])]
+        assert flight.disturbance is not None
+        for axis, color in zip(range(3), COLORS, strict=False):
+            panel.plot(time, flight.disturbance[every, 0, axis], color=color, linewidth=1.0, label="xyz"[axis])
+            panel.plot(time, truth[every, axis], color="black", linestyle=":", linewidth=1.2)
+    panels[0].set_ylabel("torque of the faults [N m]")
+    panels[0].legend(loc="upper left", fontsize=8)
+    return figure
+
+
+def vibration_estimated(flight: Flight) -> Figure:
+    """Draw the estimated torque of the modes against the truth, dotted, one panel per axis."""
+    figure, panels = _panels(dict.fromkeys("xyz", flight), 3.0)
+    every, time = _thinned(flight)
+    assert flight.vibration is not None
+    estimate = flight.vibration[every, 0]
+    for axis, (panel, color) in enumerate(zip(panels, COLORS, strict=False)):
+        panel.plot(time[: len(estimate)], estimate[:, axis], color=color, linewidth=0.9)
+        panel.plot(time, flight.true_vibration[every, 0, axis], color="black", linestyle=":", linewidth=1.0)
+    panels[0].set_ylabel("torque of the modes [N m]")
+    return figure

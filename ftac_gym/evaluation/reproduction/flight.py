@@ -84,6 +84,12 @@ class Flight:
         (T, N, m) which wheels had sustained torque; None without an observer.
     true_effectiveness, true_bias
         (T, N, m) the truth.
+    vibration
+        (T, N, 3) the observer's torque of the vibration modes [N m]; None if it has none.
+    true_vibration
+        (T + 1, N, 3) the truth; zero for a rigid craft.
+    modal_energy
+        (T + 1, N) energy of the vibration modes [J]; zero for a rigid craft.
     memory
         (T + 1, N, ...) what the plan asked to keep of the law's memory, by name.
     """
@@ -97,9 +103,12 @@ class Flight:
     command: FloatArray
     true_effectiveness: FloatArray
     true_bias: FloatArray
+    true_vibration: FloatArray
+    modal_energy: FloatArray
     effectiveness: FloatArray | None = None
     bias: FloatArray | None = None
     disturbance: FloatArray | None = None
+    vibration: FloatArray | None = None
     rate_mismatch: FloatArray | None = None
     identifiable: FloatArray | None = None
     memory: Mapping[str, FloatArray] = field(default_factory=dict)
@@ -182,11 +191,13 @@ def fly(plan: Plan) -> Flight:
     error, rate = np.empty((steps + 1, craft)), np.empty((steps + 1, craft, 3))
     attitude, reference = np.empty((steps + 1, craft, 4)), np.empty((steps + 1, craft, 4))
     command = np.empty((steps, craft, wheels))
+    pull, energy = np.empty((steps + 1, craft, 3)), np.empty((steps + 1, craft))
     estimates: dict[str, list[Any]] = {name: [] for name in _ESTIMATES}
     memory: dict[str, list[FloatArray]] = {name: [] for name in plan.kept}
     for step in range(steps + 1):
         state = simulator.state
         attitude[step], rate[step], reference[step] = state.attitude, state.rate, simulator.reference_attitude
+        pull[step], energy[step] = simulator.vibration_torque, simulator.modal_energy
         error[step] = np.degrees(angle_between(state.attitude, simulator.reference_attitude))
         for name, history in memory.items():
             history.append(law.memory[name])
@@ -213,6 +224,8 @@ def fly(plan: Plan) -> Flight:
         command=command,
         true_effectiveness=true_effectiveness,
         true_bias=true_bias,
+        true_vibration=pull,
+        modal_energy=energy,
         memory={name: np.array(history) for name, history in memory.items()},
         **kept,
     )
@@ -231,4 +244,4 @@ def _truth(scenario: Scenario, plan: Plan, steps: int) -> tuple[FloatArray, Floa
     return effectiveness, np.stack([effect.bias for effect in effects], axis=1)
 
 
-_ESTIMATES = ("effectiveness", "bias", "disturbance", "identifiable", "rate_mismatch")
+_ESTIMATES = ("effectiveness", "bias", "disturbance", "vibration", "identifiable", "rate_mismatch")
