@@ -39,9 +39,10 @@ class FlexibleAppendages:
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
-        given = np.shape(self.frequencies)
-        require(len(given) == 1 and given[0] >= 1, "frequencies", "must have one number per mode", self.frequencies)
-        count = given[0]
+        values = self.frequencies
+        flat = isinstance(values, (tuple, list, np.ndarray)) and all(np.ndim(value) == 0 for value in values)
+        require(flat and len(values) >= 1, "frequencies", "must have one number per mode", values)
+        count = len(self.frequencies)
         frequencies = vector(self.frequencies, count, "frequencies")
         for mode, value in enumerate(frequencies):
             positive(value, f"frequencies[{mode}]")

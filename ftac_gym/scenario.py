@@ -28,7 +28,7 @@ from ftac_gym.references import MRPSinusoid, RateProfile, Reference, SetPoints
 from ftac_gym.sensors import SensorErrors
 from ftac_gym.serialization import LATER_PART, from_plain, to_plain
 from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.vibration import AppendageUncertainty
+from ftac_gym.vibration import LARGEST_PHASE, AppendageUncertainty
 from ftac_gym.wheels import WheelArray
 
 
@@ -121,8 +121,13 @@ class Scenario:
         if self.misalignment is not None:
             error = matrix(self.misalignment, 3, self.spacecraft.wheels.count, "misalignment")
             object.__setattr__(self, "misalignment", tuple(tuple(float(value) for value in row) for row in error))
+        if (appendages := self.spacecraft.appendages) is not None:
+            fastest = float(appendages.free_frequencies(self.spacecraft.inertia_matrix)[-1])
+            rule = (
+                f"must be at most {LARGEST_PHASE / fastest:.3g} s for the fastest mode, {fastest:.4g} rad/s when free"
+            )
+            require(self.physics_step * fastest <= LARGEST_PHASE, "physics_step", rule, self.physics_step)
         if (uncertainty := self.appendage_uncertainty) is not None:
-            appendages = self.spacecraft.appendages
             require(appendages is not None, "appendage_uncertainty", "needs a spacecraft with appendages", uncertainty)
         if self.faults is not None:
             self.faults.check(self.spacecraft.wheels)

@@ -14,6 +14,9 @@ from ftac_gym.parameters import FloatArray, Interval, bounds, draw, interval, re
 MODE = np.dtype([("stiffness", "f8"), ("damping", "f8"), ("coupling", "f8", (3,))])
 """Per craft and mode: eta'' + damping eta' + stiffness eta = -coupling . w' [rad/s, rad^2/s^2, kg^1/2 m]."""
 
+LARGEST_PHASE = 2.0
+"""What the fastest mode of a free craft may turn through in a physics step [rad]; RK4 diverges from 2.83 on."""
+
 
 @dataclass(frozen=True)
 class AppendageUncertainty:

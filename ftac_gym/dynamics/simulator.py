@@ -180,6 +180,8 @@ class Simulator:
         arrays = episodes.arrays()
         wheels = episodes.faults.shape[1]
         require(wheels == len(self._torque_limits), "episodes", f"must have {len(self._torque_limits)} wheels", wheels)
+        modes, known = episodes.modes.shape[1], self.scenario.spacecraft.modes
+        require(modes == known, "episodes", f"must be of craft with {known} vibration modes", modes)
         if self._tables is None:
             require(len(chosen) == self.num_craft, "mask", "must cover all craft at the first reset", mask)
             self._tables = {name: np.array(array) for name, array in arrays.items()}

@@ -101,7 +101,8 @@ def design_controller(
     proof = _proof(model, gains, np.linalg.inv(weight), disc)
     worth = round(proof.certificate.gamma, 4), round(proof.state_bound, 5), round(proof.torque_bound, 4)
     rule = "must hold what the solver promised; gamma, bounds on s(0) and on the torque"
-    require(proof.holds(state_bound, torque_bound), "solution", rule, worth)
+    kept = gamma is None or proof.certificate.gamma <= gamma * (1.0 + SLACK)
+    require(kept and proof.holds(state_bound, torque_bound), "solution", rule, worth)
     return ControllerDesign(gains, proof)
 
 
@@ -181,7 +182,8 @@ def _reason(
         level, groups, _, _ = _problem(model, disc, None, state_bound, torque_bound, None)
         if minimised(level, groups):
             least = float(np.sqrt(level.value))
-            rule = f"must be at least {least * (1.0 + SLACK):.4f} for {LEVEL} with these disc and bounds"
+            least = math.ceil(least * (1.0 + SLACK) * 1e4) / 1e4
+            rule = f"must be at least {least:.4f} for {LEVEL} with these disc and bounds"
             return ValueError(f"gamma {rule}, got {gamma!r}")
     level, groups, _, _ = _problem(model, disc, gamma, state_bound, torque_bound, None)
     return unsolvable(level, groups, "disc, state_bound and torque_bound", (disc, state_bound, torque_bound))

@@ -38,18 +38,18 @@ class _PerRule:
 
 @dataclass(frozen=True, eq=False)
 class ObserverGains(_PerRule):
-    """Gains of the observer (16), (17) for a craft with k modes.
+    """Gains of the observer (16), (17) for a craft with k modes and faults along p axes, three for torques on the body.
 
     Parameters
     ----------
     rate
         K_i (8, 3, 3) [1/s].
     fault
-        F_i (8, 3, 3) [N m per rad].
+        F_i (8, p, 3) [N m per rad].
     vibration
         G_i (8, 2k, 3), from rad/s to the slope of (eta, eta' + delta w).
     fault_proportional
-        theta_1 F_2 (3, 3) [N m s/rad].
+        theta_1 F_2 (p, 3) [N m s/rad].
     vibration_proportional
         theta_2 G_2 (2k, 3).
 
@@ -67,12 +67,12 @@ class ObserverGains(_PerRule):
 
     def __post_init__(self) -> None:
         """Check the shapes."""
-        rows = np.shape(self.vibration_proportional)[0]
+        faults, rows = len(self.fault_proportional), len(self.vibration_proportional)
         shapes = {
             "rate": (RULES, 3, 3),
-            "fault": (RULES, 3, 3),
+            "fault": (RULES, faults, 3),
             "vibration": (RULES, rows, 3),
-            "fault_proportional": (3, 3),
+            "fault_proportional": (faults, 3),
             "vibration_proportional": (rows, 3),
         }
         for name, shape in shapes.items():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from ftac_gym.baselines.synthesis.gains import (
 from ftac_gym.baselines.synthesis.regions import Disc
 from ftac_gym.baselines.synthesis.solver import cvxpy, minimised, negative, unsolvable
 from ftac_gym.baselines.takagi_sugeno import TakagiSugenoModel
-from ftac_gym.parameters import FloatArray, positive, require
+from ftac_gym.parameters import FloatArray, matrix, positive, require
 
 DISC = Disc(-10.0, 10.0)
 """The region of section 5.2."""
@@ -32,18 +33,18 @@ class ObserverDesign:
     certificate: Certificate
 
 
-def error_dynamics(model: TakagiSugenoModel, gains: ObserverGains) -> FloatArray:
+def error_dynamics(model: TakagiSugenoModel, gains: ObserverGains, fault_axes: FloatArray | None = None) -> FloatArray:
     """Return M^-1 (A_i - K_i C) (8, n, n) of Eq. (19): how the errors of w, f and varpi go on."""
-    mixing, state, _ = _augmented(model, gains.fault_proportional, gains.vibration_proportional, None)
+    mixing, state, _ = _augmented(model, gains.fault_proportional, gains.vibration_proportional, fault_axes)
     injected = np.concatenate([gains.rate, gains.fault, gains.vibration], axis=1)
     state[:, :, :3] -= injected
     closed: FloatArray = np.linalg.solve(mixing, state).astype(np.float64)
     return closed
 
 
-def error_inputs(model: TakagiSugenoModel, gains: ObserverGains) -> FloatArray:
-    """Return M^-1 B_d (n, 6) of Eq. (19): what the disturbance d_1 [N m] and f' [N m/s] do to these errors."""
-    mixing, _, inputs = _augmented(model, gains.fault_proportional, gains.vibration_proportional, None)
+def error_inputs(model: TakagiSugenoModel, gains: ObserverGains, fault_axes: FloatArray | None = None) -> FloatArray:
+    """Return M^-1 B_d (n, 3 + p) of Eq. (19): what the disturbance d_1 [N m] and f' [N m/s] do to these errors."""
+    mixing, _, inputs = _augmented(model, gains.fault_proportional, gains.vibration_proportional, fault_axes)
     driven: FloatArray = np.linalg.solve(mixing, inputs).astype(np.float64)
     return driven
 
@@ -52,8 +53,12 @@ def _augmented(
     model: TakagiSugenoModel, fault: FloatArray, vibration: FloatArray, fault_axes: FloatArray | None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return M (n, n), A_i (8, n, n) and B_d (n, 3 + p) of Eq. (20), for faults along axes (3, p)."""
-    axes = np.eye(3) if fault_axes is None else fault_axes
+    axes = np.eye(3) if fault_axes is None else matrix(fault_axes, 3, None, "fault_axes")
     faults, rows = axes.shape[1], 2 * model.modes
+    fits = np.shape(fault) == (faults, 3)
+    require(fits, "fault_proportional", f"must be {faults} x 3, one row for each axis of a fault", np.shape(fault))
+    fits = np.shape(vibration) == (rows, 3)
+    require(fits, "vibration_proportional", f"must be {rows} x 3 for {model.modes} modes", np.shape(vibration))
     size, first = 3 + faults + rows, 3 + faults
     mixing, state, inputs = np.eye(size), np.zeros((8, size, size)), np.zeros((size, 3 + faults))
     mixing[3:first, :3], mixing[first:, :3] = fault, vibration
@@ -75,19 +80,22 @@ def check_observable(model: TakagiSugenoModel, fault_axes: FloatArray | None = N
     """Raise a ValueError unless the measured rate tells faults along axes (3, p), and the vibration.
 
     The test is that of Popov, Belevitch and Hautus. With more wheels than three the faults of single wheels cannot be
-    told apart; their torque on the body can.
+    told apart; their torque on the body can. A mode that no turn moves, or that moves the body as another one of the
+    same frequency and damping does, cannot be seen either.
     """
     faults = 3 if fault_axes is None else fault_axes.shape[1]
     nothing = np.zeros((faults, 3)), np.zeros((2 * model.modes, 3))
     _, state, _ = _augmented(model, *nothing, fault_axes)
     scale = scale_of(model, faults)
     size = len(scale)
-    for matrix in state / scale[:, None] * scale:
-        for pole in np.linalg.eigvals(matrix):
-            stacked = np.concatenate([pole * np.eye(size) - matrix, np.eye(3, size)])
-            rank = int(np.linalg.matrix_rank(stacked, tol=1e-7))
-            rule = f"must be observable: the rank at the pole {pole:.3g} is {rank} of {size}"
-            require(rank == size, "fault_axes", rule, "3 body axes" if fault_axes is None else fault_axes.tolist())
+    for rule in state / scale[:, None] * scale:
+        for pole in np.linalg.eigvals(rule):
+            rank = int(np.linalg.matrix_rank(np.concatenate([pole * np.eye(size) - rule, np.eye(3, size)]), tol=1e-7))
+            if rank < size:
+                why = f"must be observable: the rank at the pole {pole:.3g} is {rank} of {size}"
+                # A fault is an integrator; what oscillates is an appendage.
+                slow = abs(pole) < 1e-6
+                raise ValueError(f"{'fault_axes' if slow else 'appendages'} {why}, got {faults} axes of faults")
 
 
 def design_observer(
@@ -115,7 +123,7 @@ def design_observer(
     fault_axes
         (3, p) axes of the faults; None for torques about the body axes.
     fault_proportional, vibration_proportional
-        theta_1 F_2 (p, 3) and theta_2 G_2 (2k, 3); None for those of Eq. (68).
+        theta_1 F_2 (p, 3) and theta_2 G_2 (2k, 3); None for those of Eq. (68), three axes of faults.
 
     Raises
     ------
@@ -125,7 +133,7 @@ def design_observer(
         Without CVXPY.
     """
     if fault_axes is not None:
-        fault_axes = np.asarray(fault_axes, dtype=np.float64)
+        fault_axes = matrix(fault_axes, 3, None, "fault_axes")
     check_observable(model, fault_axes)
     fault = default_fault_proportional() if fault_proportional is None else fault_proportional
     vibration = vibration_proportional
@@ -146,13 +154,17 @@ def design_observer(
     gains = ObserverGains(whole[:, :3], whole[:, 3:last], whole[:, last:], fault, vibration)
     closed[:, :, :3] -= injected
     proof = certificate(closed, np.tile(driven, (8, 1, 1)), lyapunov, disc, scale)
-    require(proof.holds, "solution", "must hold what the solver promised; gamma and contraction", _worth(proof))
+    kept = proof.holds and (gamma is None or proof.gamma <= gamma * (1.0 + SLACK))
+    require(kept, "solution", "must hold what the solver promised; gamma and contraction", _worth(proof))
     return ObserverDesign(gains, proof)
 
 
-def certify_observer(model: TakagiSugenoModel, gains: ObserverGains, disc: Disc | None = DISC) -> Certificate:
+def certify_observer(
+    model: TakagiSugenoModel, gains: ObserverGains, disc: Disc | None = DISC, fault_axes: FloatArray | None = None
+) -> Certificate:
     """Certify given gains: the smallest level that one P proves for them together with the disc, if there is one."""
-    closed, driven, scale = error_dynamics(model, gains), error_inputs(model, gains), scale_of(model)
+    closed, driven = error_dynamics(model, gains, fault_axes), error_inputs(model, gains, fault_axes)
+    scale = scale_of(model, len(gains.fault_proportional))
     found = _solve(closed, driven, scale, disc, None, fixed=True)
     lyapunov = -np.eye(len(scale)) if found is None else found[0]  # no metric: proves nothing
     return certificate(closed, np.tile(driven, (8, 1, 1)), lyapunov, disc, scale)
@@ -214,7 +226,7 @@ def _reason(
         level, groups, _, _ = _problem(state, inputs, scale, disc, None, False)
         if minimised(level, groups):
             least = float(np.sqrt(level.value))
-            rule = f"must be at least {least * (1.0 + SLACK):.4f} for {LEVEL} with this disc"
+            rule = f"must be at least {ceil(least * (1.0 + SLACK) * 1e4) / 1e4:.4f} for {LEVEL} with this disc"
             return ValueError(f"gamma {rule}, got {gamma!r}")
     level, groups, _, _ = _problem(state, inputs, scale, disc, gamma, False)
     return unsolvable(level, groups, "disc", disc)

@@ -147,7 +147,10 @@ def histories(lines: Mapping[str, tuple[FloatArray, FloatArray]], label: str, lo
         panel.plot(time[every], values[every], color=color, label=name)
     panel.set(yscale="log" if logarithmic else "linear", xlabel="time [s]", ylabel=label)
     panel.grid(alpha=0.3)
-    panel.legend(fontsize=8)
+    if len(lines) > 5:
+        figure.legend(loc="outside right upper", fontsize=8)
+    else:
+        panel.legend(fontsize=8)
     return figure
 
 

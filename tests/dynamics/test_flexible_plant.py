@@ -1,0 +1,451 @@
+"""Physics of flexible craft: the printed equations, conserved quantities, limits that are known, and independence."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from helpers.flexible_craft import (
+    INERTIA,
+    PYRAMID,
+    flexible_craft,
+    flown,
+    integrated,
+    random_appendages,
+    started,
+    state_vector,
+)
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.linalg import eigh
+
+from ftac_gym import attitude as att
+from ftac_gym import scenarios
+from ftac_gym.appendages import FlexibleAppendages
+from ftac_gym.disturbances import Disturbance, Harmonic
+from ftac_gym.dynamics import Simulator
+from ftac_gym.inertia import InertiaUncertainty
+from ftac_gym.spacecraft import Spacecraft
+
+MOMENTUM = (1.0, -0.5, 0.3, 2.0)  # N m s
+VARYING = {"amplitude": (1.0, 2.0, -1.5), "frequency": (0.8, 0.5, 0.3), "phase": (0.2, 0.0, 1.0)}
+LEAN = np.array([[0.0, 0.02, -0.01, 0.03], [0.01, 0.0, 0.02, 0.0], [-0.02, 0.01, 0.0, 0.01]])
+DISTURBANCE = Disturbance(
+    constant=(0.02, -0.03, 0.01),
+    harmonics=(
+        Harmonic((0.05, 0.04, -0.03), 0.6, (0.0, 1.0, 2.0)),
+        Harmonic((0.01, 0.02, 0.03), 1.7, (0.5, 0.0, -1.0)),
+    ),
+    rate_offset=0.3,
+)
+
+
+def external(time, rate):
+    torque = np.array([0.02, -0.03, 0.01])
+    torque = torque + np.array([0.05, 0.04, -0.03]) * np.sin(0.6 * time + np.array([0.0, 1.0, 2.0]))
+    torque = torque + np.array([0.01, 0.02, 0.03]) * np.sin(1.7 * time + np.array([0.5, 0.0, -1.0]))
+    return (rate @ rate + 0.3) * torque
+
+
+def inertia(time):
+    angle = np.array(VARYING["frequency"]) * time + np.array(VARYING["phase"])
+    return INERTIA + np.diag(VARYING["amplitude"] * np.sin(angle))
+
+
+def inertia_rate(time):
+    angle = np.array(VARYING["frequency"]) * time + np.array(VARYING["phase"])
+    return np.diag(np.array(VARYING["amplitude"]) * VARYING["frequency"] * np.cos(angle))
+
+
+def undamped(appendages):
+    return FlexibleAppendages(appendages.frequencies, 0.0, appendages.coupling)
+
+
+def shaken(count, seed=1):
+    """Displacements and rates of modes that are anything but at rest."""
+    rng = np.random.default_rng(seed)
+    return {"displacement": rng.uniform(-0.1, 0.1, count), "swing": rng.uniform(-0.1, 0.1, count)}
+
+
+def split(states, modes):
+    """Return rate, eta and eta' from state vectors (T, .) of craft with four wheels."""
+    return states[:, 4:7], states[:, 11 : 11 + modes], states[:, 11 + modes :]
+
+
+def total_energy(states, appendages):
+    """w' J w / 2 + w' delta' eta' + eta'.eta' / 2 + eta . K eta / 2."""
+    rate, eta, swing = split(states, appendages.count)
+    delta, stiffness = np.array(appendages.coupling), np.array(appendages.frequencies) ** 2
+    body = 0.5 * np.einsum("ni,ij,nj->n", rate, INERTIA, rate)
+    return body + np.einsum("ni,ki,nk->n", rate, delta, swing) + 0.5 * (swing**2 + stiffness * eta**2).sum(axis=1)
+
+
+def inertial_momentum(states, appendages):
+    rate, _, swing = split(states, appendages.count)
+    body = rate @ INERTIA + swing @ np.array(appendages.coupling) + states[:, 7:11] @ PYRAMID.T
+    return att.rotate_to_reference(states[:, :4], body)
+
+
+def simpson(values, step):
+    """Integral over an even number of steps."""
+    return step / 3.0 * (values[0] + values[-1] + 4.0 * values[1:-1:2].sum() + 2.0 * values[2:-1:2].sum())
+
+
+# ------------------------------------------------------------------------------------------------ the printed equations
+
+
+@pytest.mark.parametrize(
+    ("modes", "coupled", "varying", "rate_torque", "lean"),
+    [
+        (1, True, False, False, False),
+        (3, True, True, True, True),
+        (3, False, True, False, True),
+        (4, True, False, False, True),
+        (4, False, False, False, False),
+        (7, True, True, True, False),
+        (7, False, False, False, True),
+    ],
+)
+def test_the_plant_agrees_with_the_mass_matrix_form(modes, coupled, varying, rate_torque, lean):
+    """Disturbance that grows with the rate, a new command every period, stirred modes; beyond three modes too."""
+    appendages = random_appendages(modes, seed=modes)
+    scenario = flexible_craft(
+        appendages,
+        momentum=MOMENTUM,
+        coupling=coupled,
+        **shaken(modes),
+        disturbance=DISTURBANCE,
+        inertia_uncertainty=InertiaUncertainty(**VARYING, rate_torque=rate_torque) if varying else None,
+        misalignment=LEAN if lean else None,
+        control_period=0.5,
+        physics_step=0.001,
+        duration=20.0,
+    )
+    commands = np.random.default_rng(0).uniform(-0.2, 0.2, (scenario.horizon, 4))
+    seen = flown(scenario, commands)
+    expected = integrated(
+        seen[0], commands, 0.5, appendages, PYRAMID + LEAN if lean else PYRAMID, coupled,
+        inertia if varying else None, inertia_rate if rate_torque else None, external,
+    )  # fmt: skip
+    np.testing.assert_allclose(seen, expected, rtol=0.0, atol=1e-9)
+    rate, eta, _ = split(expected, modes)
+    assert np.abs(rate).max() > 0.05 and np.abs(eta).max() > 0.01
+
+
+def test_every_part_of_the_comparison_matters():
+    """Leaving out the modes' momentum, the misalignment or the damping is seen from afar."""
+    appendages = random_appendages(3, seed=3)
+    scenario = flexible_craft(appendages, momentum=MOMENTUM, **shaken(3), physics_step=0.01, duration=20.0)
+    commands = np.random.default_rng(0).uniform(-0.2, 0.2, (scenario.horizon, 4))
+    plain = flown(scenario, commands)
+    craft = scenario.spacecraft
+    others = {
+        "damping": scenario.replace(spacecraft=Spacecraft(INERTIA, craft.wheels, appendages=undamped(appendages))),
+        "misalignment": scenario.replace(misalignment=LEAN),
+        "rigid": flexible_craft(None, momentum=MOMENTUM, physics_step=0.01, duration=20.0),
+    }  # fmt: skip
+    for name, other in others.items():
+        assert np.abs(flown(other, commands)[:, 4:7] - plain[:, 4:7]).max() > 1e-4, name
+
+
+def test_the_plant_of_li_2023_over_a_minute():
+    """The published craft under the published disturbance, to within its own step."""
+    scenario = scenarios.get("li_2023").replace(faults=None, control_period=0.5, duration=60.0, physics_step=0.0025)
+    appendages, wheels = scenario.spacecraft.appendages, scenario.spacecraft.wheels
+    commands = np.random.default_rng(0).uniform(-3.0, 3.0, (scenario.horizon, 3))
+    seen = flown(scenario, commands)
+    slow = 0.2 * np.pi
+
+    def torque(time, rate):
+        return 1e-4 * np.array(
+            [
+                -3.0 + 4.0 * np.cos(slow * time) - np.cos(2.0 * slow * time),
+                4.0 + 3.0 * np.sin(slow * time) - 2.0 * np.cos(2.0 * slow * time),
+                -3.0 + 4.0 * np.sin(slow * time) - 3.0 * np.sin(2.0 * slow * time),
+            ]
+        )
+
+    total = scenario.spacecraft.inertia_matrix
+    axes = wheels.axis_matrix + np.array(scenario.misalignment)
+    expected = integrated(seen[0], commands, 0.5, appendages, axes, False, lambda time: total, None, torque)
+    np.testing.assert_allclose(seen, expected, rtol=0.0, atol=1e-9)
+
+
+# ---------------------------------------------------------------------------------------------------- what is conserved
+
+
+@pytest.mark.parametrize("step", [0.02, 0.01, 0.005, 0.0025])
+def test_momentum_and_energy_of_a_free_undamped_body(step):
+    """Over 200 s. RK4 takes (f h)^6 / 72 of an oscillator's energy in every step, and nothing beyond that is lost."""
+    appendages = undamped(random_appendages(4))
+    scenario = flexible_craft(appendages, **shaken(4), control_period=0.1, physics_step=step, duration=200.0)
+    states = flown(scenario, np.zeros((scenario.horizon, 4)))
+    momentum, energy = inertial_momentum(states, appendages), total_energy(states, appendages)
+    assert np.linalg.norm(momentum - momentum[0], axis=1).max() < 1e-9 * np.linalg.norm(momentum[0])
+    fastest = step * appendages.free_frequencies(INERTIA)[-1]
+    np.testing.assert_allclose(energy, energy[0], rtol=200.0 / step * fastest**6 / 72.0)
+    if step <= 0.005:
+        assert np.linalg.norm(momentum - momentum[0], axis=1).max() < 1e-12 * np.linalg.norm(momentum[0])
+    if step <= 0.0025:
+        np.testing.assert_allclose(energy, energy[0], rtol=1e-9)
+    # The modes and the body do exchange both.
+    assert np.ptp(0.5 * np.einsum("ni,ij,nj->n", states[:, 4:7], INERTIA, states[:, 4:7])) > 0.1 * energy[0]
+
+
+def test_momentum_is_conserved_whatever_the_wheels_do():
+    appendages = random_appendages(4)
+    scenario = flexible_craft(appendages, momentum=MOMENTUM, **shaken(4), physics_step=0.01, duration=100.0)
+    rng = np.random.default_rng(0)
+    states = flown(scenario, rng.uniform(-0.2, 0.2, (scenario.horizon, 4)))
+    momentum = inertial_momentum(states, appendages)
+    assert np.linalg.norm(momentum - momentum[0], axis=1).max() < 1e-9 * np.linalg.norm(momentum[0])
+
+
+def test_the_energy_changes_by_the_work_of_the_wheels_and_the_losses_of_the_modes():
+    appendages, step = random_appendages(3, damping=(0.01, 0.1)), 0.01
+    scenario = flexible_craft(appendages, **shaken(3), control_period=step, physics_step=step, duration=40.0)
+    command = np.array([0.05, -0.02, 0.01, 0.03])
+    damping = 2.0 * np.array(appendages.damping_ratios) * appendages.frequencies
+    for level in (0.0, 1.0):
+        states = flown(scenario, np.tile(level * command, (scenario.horizon, 1)))
+        rate, _, swing = split(states, 3)
+        energy, loss = total_energy(states, appendages), (damping * swing**2).sum(axis=1)
+        gained = simpson(level * rate @ PYRAMID @ command - loss, step)
+        assert energy[-1] - energy[0] == pytest.approx(gained, rel=1e-7)
+        if level == 0.0:
+            assert np.all(np.diff(energy) <= 1e-13) and energy[-1] < 0.6 * energy[0]
+
+
+@settings(max_examples=25, deadline=None, derandomize=True)
+@given(
+    st.integers(1, 8), st.integers(0, 10_000), st.floats(0.01, 0.95), st.floats(0.0, 0.5), st.booleans(),
+    st.floats(0.0, 0.3),
+)  # fmt: skip
+def test_no_craft_gains_energy_or_momentum(modes, seed, share, ratio, spinning, swing):
+    """However strongly coupled: a body of which the modes hold up to 95 % in one direction."""
+    appendages = random_appendages(modes, seed, share, (0.3, 3.0), (0.0, ratio))
+    scenario = flexible_craft(
+        appendages,
+        rate=(0.3, -0.2, 0.25) if spinning else (0.0, 0.0, 0.0),
+        displacement=(swing,) * modes,
+        physics_step=0.005,
+        duration=5.0,
+    )
+    states = flown(scenario, np.zeros((scenario.horizon, 4)))
+    energy, momentum = total_energy(states, appendages), inertial_momentum(states, appendages)
+    assert np.all(np.diff(energy) <= 1e-8 * energy[0] + 1e-300)
+    assert np.linalg.norm(momentum - momentum[0], axis=1).max() <= 1e-8 * max(np.linalg.norm(momentum[0]), swing)
+
+
+def test_the_integrator_converges_with_order_four():
+    appendages = random_appendages(4, frequencies=(0.8, 2.5))
+    scenario = flexible_craft(
+        appendages,
+        rate=(0.5, -0.6, 0.4),
+        momentum=(5.0, -3.0, 4.0, 1.0),
+        **shaken(4),
+        control_period=0.8,
+        disturbance=DISTURBANCE,
+        inertia_uncertainty=InertiaUncertainty(**VARYING, rate_torque=True),
+        duration=800.0,
+    )
+    commands = np.random.default_rng(0).uniform(-0.2, 0.2, (10, 4))
+
+    def end(step):
+        return flown(scenario.replace(physics_step=step), commands)[-1]
+
+    truth = end(0.8 / 256)
+    errors = [np.linalg.norm(end(step) - truth) for step in (0.1, 0.05, 0.025)]
+    assert errors[0] > 1e-7
+    for coarse, fine in pairwise(errors):
+        assert 13.0 < coarse / fine < 20.0
+
+
+# ------------------------------------------------------------------------------------------------------- known limits
+
+
+@pytest.mark.parametrize("coupled", [True, False])
+def test_without_coupling_the_body_is_rigid_and_the_modes_ring_alone(coupled):
+    frequency, ratio = np.array([0.7, 1.9, 3.1]), np.array([0.0, 0.05, 0.2])
+    appendages = FlexibleAppendages(tuple(frequency), tuple(ratio), np.zeros((3, 3)))
+    start = shaken(3)
+    parts = {
+        "momentum": MOMENTUM,
+        "coupling": coupled,
+        "disturbance": DISTURBANCE,
+        "inertia_uncertainty": InertiaUncertainty(**VARYING, rate_torque=True),
+        "misalignment": LEAN,
+        "physics_step": 0.01,
+        "duration": 30.0,
+    }
+    flexible, rigid = flexible_craft(appendages, **start, **parts), flexible_craft(None, **parts)
+    commands = np.random.default_rng(0).uniform(-0.25, 0.25, (flexible.horizon, 4))
+    seen = flown(flexible, commands)
+    np.testing.assert_array_equal(seen[:, :11], flown(rigid, commands))
+
+    time = 0.1 * np.arange(flexible.horizon + 1)[:, None]
+    decay, beat = ratio * frequency, frequency * np.sqrt(1.0 - ratio**2)
+    sine = (start["swing"] + decay * start["displacement"]) / beat
+    eta = np.exp(-decay * time) * (start["displacement"] * np.cos(beat * time) + sine * np.sin(beat * time))
+    np.testing.assert_allclose(split(seen, 3)[1], eta, atol=1e-7)
+
+
+def test_stiff_modes_make_a_rigid_body_of_the_whole_inertia():
+    """The difference falls with the square of the frequency; a body without what the modes hold is far off."""
+    command = np.array([0.05, -0.02, 0.01, 0.03])
+    start = {"momentum": MOMENTUM, "control_period": 0.05, "physics_step": 0.001, "duration": 20.0}
+    rigid = flown(flexible_craft(None, **start), np.tile(command, (400, 1)))[:, 4:7]
+    soft = random_appendages(4)
+    left = INERTIA - soft.carried_inertia
+    hub = flown(flexible_craft(None, inertia=left, **start), np.tile(command, (400, 1)))[:, 4:7]
+    errors = []
+    for stiffness in (30.0, 60.0, 120.0):
+        stiff = FlexibleAppendages((stiffness, 1.3 * stiffness, 1.7 * stiffness, 2.0 * stiffness), 0.1, soft.coupling)
+        seen = flown(flexible_craft(stiff, **start), np.tile(command, (400, 1)))[:, 4:7]
+        errors.append(np.abs(seen - rigid)[200:].max())
+    assert errors[-1] < 1e-5 and np.abs(hub - rigid)[200:].max() > 1e-3
+    for coarse, fine in pairwise(errors):
+        assert coarse / fine > 3.0
+
+
+def test_soft_modes_leave_a_body_of_what_is_not_theirs():
+    soft = random_appendages(4, frequencies=(1e-6, 1e-5))
+    command = np.array([0.05, -0.02, 0.01, 0.03])
+
+    left = INERTIA - soft.carried_inertia
+    parts = {"rate": (0.0, 0.0, 0.0), "momentum": MOMENTUM, "physics_step": 0.01, "duration": 3.0}
+    seen = flown(flexible_craft(soft, **parts), np.tile(command, (30, 1)))
+    hub = flown(flexible_craft(None, inertia=left, **parts), np.tile(command, (30, 1)))
+    whole = flown(flexible_craft(None, **parts), np.tile(command, (30, 1)))
+    np.testing.assert_allclose(seen[:, 4:7], hub[:, 4:7], atol=1e-7)
+    assert np.abs(seen[:, 4:7] - whole[:, 4:7]).max() > 1e-3
+
+
+def test_soft_modes_of_a_turning_craft_are_a_wheel_that_nobody_turns():
+    """They keep delta' (eta' + delta w): the lighter body carries that as a constant momentum in body axes."""
+    soft = random_appendages(4, frequencies=(1e-6, 1e-5))
+    rate = np.array([0.3, -0.2, 0.25])
+    stored = np.linalg.pinv(PYRAMID) @ soft.carried_inertia @ rate
+    parts = {"rate": tuple(rate), "physics_step": 0.01, "duration": 10.0}
+    seen = flown(flexible_craft(soft, **parts), np.zeros((100, 4)))
+    left = INERTIA - soft.carried_inertia
+    hub = flown(flexible_craft(None, inertia=left, momentum=tuple(stored), **parts), np.zeros((100, 4)))
+    np.testing.assert_allclose(seen[:, :7], hub[:, :7], atol=1e-7)
+    assert np.ptp(seen[:, 4:7], axis=0).max() > 0.05
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_a_free_body_rings_in_one_of_its_own_modes(number):
+    """Started along a free-free mode, everything swings with its frequency, and the body against it."""
+    appendages = undamped(random_appendages(4))
+    delta = np.array(appendages.coupling)
+    mass = np.eye(4) - delta @ np.linalg.solve(INERTIA, delta.T)
+    squares, shapes = eigh(np.diag(np.array(appendages.frequencies) ** 2), mass)
+    frequency, shape = np.sqrt(squares[number]), 1e-6 * shapes[:, number]
+    assert appendages.free_frequencies(INERTIA)[number] == pytest.approx(frequency, rel=1e-12)
+    scenario = flexible_craft(
+        appendages, rate=(0.0, 0.0, 0.0), displacement=shape, control_period=0.05, physics_step=0.005, duration=50.0
+    )
+    states = flown(scenario, np.zeros((scenario.horizon, 4)))
+    time = 0.05 * np.arange(scenario.horizon + 1)[:, None]
+    rate, eta, _ = split(states, 4)
+    np.testing.assert_allclose(eta, shape * np.cos(frequency * time), rtol=0.0, atol=1e-6 * np.abs(shape).max())
+    against = np.linalg.solve(INERTIA, delta.T @ shape) * frequency * np.sin(frequency * time)
+    np.testing.assert_allclose(rate, against, rtol=0.0, atol=1e-5 * np.abs(against).max())
+
+
+def test_the_spectrum_of_a_free_body_has_its_free_frequencies_and_not_the_clamped_ones():
+    appendages = undamped(random_appendages(3, share=0.7))
+    free, clamped = appendages.free_frequencies(INERTIA), np.sort(appendages.frequencies)
+    scenario = flexible_craft(
+        appendages, rate=(0.0, 0.0, 0.0), displacement=(1e-6, 2e-6, -1e-6), physics_step=0.01, duration=819.2
+    )
+    rate = flown(scenario, np.zeros((8191, 4)))[:, 4:7]
+    power = np.abs(np.fft.rfft(rate * np.hanning(len(rate))[:, None], axis=0)).sum(axis=1)
+    bins = 2.0 * np.pi * np.fft.rfftfreq(len(rate), 0.1)
+    peaks = [k for k in range(1, len(power) - 1) if power[k] > power[k - 1 : k + 2].mean() and power[k] >= max(
+        power[k - 1], power[k + 1]) and power[k] > 1e-3 * power.max()]  # fmt: skip
+    np.testing.assert_allclose(bins[peaks], free, atol=0.6 * bins[1])
+    assert np.abs(free - clamped).max() > 20.0 * bins[1]
+
+
+# ------------------------------------------------------------------------------------------- craft beside each other
+
+
+def test_craft_in_a_batch_do_not_influence_each_other():
+    scenario = scenarios.get("flexible").replace(duration=10.0)
+    episodes = scenario.draw(5, 6)
+    commands = np.random.default_rng(0).uniform(-0.2, 0.2, (40, 6, 4))
+    together = Simulator(scenario, 6)
+    together.reset(episodes)
+    for command in commands:
+        together.step(command)
+    for craft in range(6):
+        alone = Simulator(scenario, 1)
+        alone.reset(episodes[craft : craft + 1])
+        for command in commands[:, craft : craft + 1]:
+            alone.step(command)
+        np.testing.assert_array_equal(state_vector(alone), state_vector(together, craft))
+
+
+def test_threads_change_nothing():
+    scenario = scenarios.get("flexible").replace(duration=10.0)
+    episodes = scenario.draw(5, 1100)
+    ends = []
+    for threads in (1, 2):
+        simulator = Simulator(scenario, 1100, threads)
+        simulator.reset(episodes)
+        for step in range(5):
+            simulator.step(np.full((1100, 4), 0.01 * step))
+        ends.append([state_vector(simulator, craft) for craft in range(0, 1100, 3)])
+    np.testing.assert_array_equal(*ends)
+
+
+def test_a_masked_reset_starts_the_modes_of_its_craft_only():
+    appendages = random_appendages(3)
+    scenario = flexible_craft(appendages, **shaken(3), physics_step=0.01, duration=10.0)
+    simulator = started(scenario, 3)
+    for _ in range(20):
+        simulator.step(np.full((3, 4), 0.05))
+    before = [state_vector(simulator, craft) for craft in range(3)]
+    simulator.reset(scenario.draw(9, 1), np.array([False, True, False]))
+    for craft in (0, 2):
+        np.testing.assert_array_equal(state_vector(simulator, craft), before[craft])
+    np.testing.assert_array_equal(simulator.state.modal_displacement[1], shaken(3)["displacement"])
+    np.testing.assert_array_equal(simulator.state.modal_rate[1], shaken(3)["swing"])
+    fresh = started(scenario)
+    for _ in range(20):
+        simulator.step(np.full((3, 4), 0.05))
+        fresh.step(np.full((1, 4), 0.05))
+    np.testing.assert_array_equal(state_vector(simulator, 1), state_vector(fresh))
+
+
+def test_energy_and_torque_of_the_simulator():
+    """The torque is what a hub of J - delta' delta lacks: J w' with it in place of everything about the modes."""
+    appendages = random_appendages(4, seed=2)
+    delta, frequency = np.array(appendages.coupling), np.array(appendages.frequencies)
+    scenario = flexible_craft(appendages, **shaken(4), coupling=False, control_period=0.001, physics_step=0.001)
+    simulator = started(scenario)
+    states = [state_vector(simulator)]
+    torque, energy = [simulator.vibration_torque[0]], [simulator.modal_energy[0]]
+    for _ in range(40):
+        simulator.step(np.zeros((1, 4)))
+        states.append(state_vector(simulator))
+        torque.append(simulator.vibration_torque[0])
+        energy.append(simulator.modal_energy[0])
+    rate, eta, swing = split(np.array(states), 4)
+    np.testing.assert_allclose(energy, 0.5 * (swing**2).sum(axis=1) + 0.5 * (frequency**2 * eta**2).sum(axis=1))
+    acceleration = (rate[2:] - rate[:-2]) / 0.002
+    needed = acceleration @ (INERTIA - delta.T @ delta) + np.cross(rate, rate @ INERTIA)[1:-1]
+    np.testing.assert_allclose(np.array(torque)[1:-1], needed, atol=1e-5)
+    assert np.abs(torque).max() > 0.1
+
+
+@pytest.mark.parametrize("first", ["flexible", "flagship"])
+def test_episodes_of_another_kind_of_craft_are_refused(first):
+    """A rigid craft's episodes do not fit a flexible one's simulator, nor the other way round."""
+    other = {"flexible": "flagship", "flagship": "flexible"}[first]
+    scenario = scenarios.get(first)
+    simulator = Simulator(scenario, 2)
+    simulator.reset(scenario.draw(0, 2))
+    with pytest.raises(ValueError, match="episodes must be of craft with"):
+        simulator.reset(scenarios.get(other).draw(0, 2))
