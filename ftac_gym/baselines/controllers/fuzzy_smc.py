@@ -51,7 +51,7 @@ class FuzzySMC(FlexibleLaw):
     """
 
     search_space: ClassVar[SearchSpace] = {
-        "feedback_share": Range(0.8, 20.0, log=True),
+        "feedback_share": Range(0.8, 40.0, log=True),
         "slope": Range(0.05, 2.0, log=True),
         "switching": Range(1e-4, 0.1, log=True),
         "layer": Range(1e-4, 0.1, log=True),
