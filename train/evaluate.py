@@ -48,7 +48,8 @@ class Config:
     """A comparison."""
 
     policies: tuple[str, ...] = ("agent", "pd_dob", "pd")
-    """What to compare: "agent" (the shipped one), a baseline's name, an agent's folder or a Stable-Baselines3 zip."""
+    """What to compare: "agent" (the shipped one of the scenario, else the flagship's), a baseline's name, an agent's
+    folder or a Stable-Baselines3 zip."""
     gains: Literal["default", "tuned"] = "default"
     """Gains of the baselines among the policies; agents keep the base that they were trained with."""
     reference: str = "pd_dob"
@@ -74,12 +75,13 @@ class Config:
         return self.output if self.gains == "default" else self.output / self.gains
 
 
-def paths(policies: Sequence[str]) -> dict[str, str]:
+def paths(policies: Sequence[str], scenario: str = "flagship") -> dict[str, str]:
     """Return what to load for each policy, by its name in the tables; refuse unknown ones before any work is done."""
     found: dict[str, str] = {}
     for policy in policies:
         if policy == "agent":
-            found[policy] = str(SHIPPED / "flagship_residual")
+            own = SHIPPED / f"{scenario}_residual"
+            found[policy] = str(own if own.exists() else SHIPPED / "flagship_residual")
         elif policy in baselines.names() or Path(policy).exists():
             found[policy] = policy
         else:
@@ -92,7 +94,7 @@ def contestants(config: Config) -> dict[str, Any]:
     try:
         return {
             name: BaselineContestant(policy, config.gains) if policy in baselines.names() else policy
-            for name, policy in paths(config.policies).items()
+            for name, policy in paths(config.policies, config.scenario).items()
         }
     except ValueError as error:
         raise SystemExit(f"--gains: {error}") from None

@@ -18,6 +18,7 @@ from ftac_gym.evaluation.metrics import SHARES, Metrics
 from ftac_gym.evaluation.rollout import resolve_policy, rollout
 from ftac_gym.evaluation.statistics import Estimate, estimate, interquartile_mean, mean, paired_difference
 from ftac_gym.faults import FaultKind
+from ftac_gym.parameters import FloatArray
 from ftac_gym.scenario import Scenario
 
 BATCH = 100
@@ -115,6 +116,10 @@ class Row:
     differences: Mapping[str, Estimate]
 
 
+ERROR_AND_VIBRATION = "error_and_vibration"
+"""Integrated error plus modal energy, each over the mean of the policy that others are compared with: what tables of
+flexible craft have besides the metrics of episodes. It is a mean."""
+
 _BOUND_METRICS = ("bound_kept", "bound_margin")
 _VIBRATION_METRICS = ("jitter", "modal_energy", "residual_energy", "vibration_torque")
 
@@ -169,8 +174,20 @@ def compare(evaluations: list[Evaluation], reference: str, chosen: npt.NDArray[n
             estimates[metric] = estimate(values, statistic)
             if evaluation.policy != reference:
                 differences[metric] = paired_difference(values, base[metric][chosen])
+        if flexible:
+            sums = [_error_and_vibration(item, base, chosen) for item in (evaluation.metrics, base)]
+            estimates[ERROR_AND_VIBRATION] = estimate(sums[0], mean)
+            if evaluation.policy != reference:
+                differences[ERROR_AND_VIBRATION] = paired_difference(sums[0], sums[1])
         rows.append(Row(evaluation.policy, estimates, differences))
     return rows
+
+
+def _error_and_vibration(metrics: Metrics, base: Metrics, chosen: npt.NDArray[np.bool_]) -> FloatArray:
+    """Return the sum of integrated error and modal energy (N,), each over the reference's mean: the reference has 2."""
+    parts = (metrics[name][chosen] / np.mean(base[name][chosen]) for name in ("integrated_error", "modal_energy"))
+    total: FloatArray = sum(parts, start=np.zeros(int(chosen.sum())))
+    return total
 
 
 def fault_classes(episodes: Episodes) -> npt.NDArray[np.str_]:

@@ -36,7 +36,7 @@ def verdict(metric: str, difference: Estimate) -> str:
 def metric_tables(rows: Sequence[Row], reference: str) -> tuple[Cells, Cells]:
     """Return the table of estimates and that of paired differences to a reference: metrics down, policies across."""
     metrics = list(rows[0].estimates)
-    heading = [f"{metric.replace('_', ' ')} [{UNITS[metric]}]" for metric in metrics]
+    heading = [f"{metric.replace('_', ' ')} [{UNITS.get(metric, '-')}]" for metric in metrics]
     estimates = [["policy", *heading]]
     differences = [[f"minus {reference}", *heading]]
     for row in rows:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers.observed import sustained, task
 
-from ftac_gym import baselines
+from ftac_gym import baselines, scenarios
 from ftac_gym.baselines import observers
 from ftac_gym.baselines.fault_source import FaultSource
 from ftac_gym.baselines.memory import Memory
@@ -54,7 +54,7 @@ def test_an_oracle_without_the_truth_says_so():
         law.act(simulator.measurement())
 
 
-@pytest.mark.parametrize("kind", sorted(set(observers.names()) - {"lo"}))
+@pytest.mark.parametrize("kind", sorted(set(observers.names()) - {"lo", "fafeo", "ilo_class"}))
 def test_an_observer_by_name_sees_what_it_would_alone(kind):
     source, memory = FaultSource(WEAK, Memory(2), kind, {"excitation_time": 1.0}), Memory(2)
     alone = observers.make(kind, WEAK, memory, excitation_time=1.0)
@@ -65,6 +65,19 @@ def test_an_observer_by_name_sees_what_it_would_alone(kind):
         np.testing.assert_array_equal(first.effectiveness, second.effectiveness)
         np.testing.assert_array_equal(first.identifiable, second.identifiable)
     assert source.estimate.effectiveness is first.effectiveness
+
+
+@pytest.mark.parametrize("kind", ["fafeo", "ilo_class"])
+def test_an_observer_of_torques_by_name_sees_what_it_would_alone(kind):
+    bending = scenarios.get("flexible")
+    source, memory = FaultSource(bending, Memory(2), kind), Memory(2)
+    alone = observers.make(kind, bending, memory)
+    for simulator in flown(bending, 2, 30):
+        measurement = simulator.measurement()
+        first, second = source.update(measurement), alone.update(measurement, measurement.last_command, 0.1)
+        np.testing.assert_array_equal(first.disturbance, second.disturbance)
+        assert first.effectiveness is None and (first.vibration is None) == (kind == "ilo_class")
+    assert source.estimate.disturbance is first.disturbance
 
 
 @pytest.mark.parametrize(

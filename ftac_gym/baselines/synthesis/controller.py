@@ -96,9 +96,9 @@ def design_controller(
     level, groups, matrix, moved = _problem(model, disc, gamma, state_bound, torque_bound, None)
     if not minimised(level, groups):
         raise _reason(model, disc, gamma, state_bound, torque_bound)
-    weight = np.asarray(matrix.value)
-    gains = ControllerGains(np.array([np.linalg.solve(weight, part.value.T).T for part in moved]))
-    proof = _proof(model, gains, np.linalg.inv(weight), disc)
+    weight, unit = np.asarray(matrix.value), torque_bound / state_bound
+    gains = ControllerGains(unit * np.array([np.linalg.solve(weight, part.value.T).T for part in moved]))
+    proof = _proof(model, gains, np.linalg.inv(weight) / state_bound**2, disc)
     worth = round(proof.certificate.gamma, 4), round(proof.state_bound, 5), round(proof.torque_bound, 4)
     rule = "must hold what the solver promised; gamma, bounds on s(0) and on the torque"
     kept = gamma is None or proof.certificate.gamma <= gamma * (1.0 + SLACK)
@@ -115,7 +115,8 @@ def certify_controller(
 ) -> ControllerProof:
     """Certify given gains: the smallest level that one P proves for them together with the rest, if there is one."""
     level, groups, matrix, _ = _problem(model, disc, None, state_bound, torque_bound, gains.feedback)
-    lyapunov = np.linalg.inv(np.asarray(matrix.value)) if minimised(level, groups) else -np.eye(3)
+    solvable = minimised(level, groups)
+    lyapunov = np.linalg.inv(np.asarray(matrix.value)) / state_bound**2 if solvable else -np.eye(3)
     return _proof(model, gains, lyapunov, disc)
 
 
@@ -123,6 +124,11 @@ def _inputs(model: TakagiSugenoModel) -> FloatArray:
     """Return the matrices (8, 3, 6 + 2k) that errors of f, of vibration, and d_1 come in by."""
     torque = np.tile(model.input, (8, 1, 1))
     return np.concatenate([torque, model.vibration_input, torque], axis=2)
+
+
+def _push(model: TakagiSugenoModel) -> float:
+    """Return the largest entry of the disturbances' matrices."""
+    return float(np.abs(_inputs(model)).max())
 
 
 def _proof(
@@ -146,30 +152,36 @@ def _problem(
     torque_bound: float,
     feedback: FloatArray | None,
 ) -> tuple[Any, dict[str, list[Any]], Any, list[Any]]:
-    """Return objective, constraints by name, X and Y_i; with given feedback Y_i = K_i X."""
+    """Return the square of a multiple of the level, constraints by name, X / mu^2 and Y_i / (mu varsigma).
+
+    These are the unknowns for s in units of mu and torques in units of varsigma, and disturbances are in such ones that
+    their matrix is about one: without, the solver calls problems infeasible that are not. Given feedback, Y_i = K_i X.
+    """
     module = cvxpy()
+    push, unit = _push(model), torque_bound / state_bound
     matrix = module.Variable((3, 3), symmetric=True)
-    level = module.Variable() if gamma is None else module.Constant(gamma**2)
-    moved = [module.Variable((3, 3)) for _ in range(8)] if feedback is None else [gain @ matrix for gain in feedback]
+    level = module.Variable() if gamma is None else module.Constant((gamma * state_bound / push) ** 2)
+    moved = (
+        [module.Variable((3, 3)) for _ in range(8)] if feedback is None else [gain / unit @ matrix for gain in feedback]
+    )
     size = np.eye(3)
     groups: dict[str, list[Any]] = {LEVEL: [matrix >> 0], REGION: [], STATE: [], TORQUE: []}
-    groups[STATE].append(matrix - state_bound**2 * size >> 0)
-    for state, driven, part in zip(model.state, _inputs(model), moved, strict=True):
-        closed, columns = state @ matrix + model.input @ part, driven.shape[1]
+    groups[STATE].append(matrix - size >> 0)
+    for state, driven, part in zip(model.state, _inputs(model) / push, moved, strict=True):
+        closed, columns = state @ matrix + unit * model.input @ part, driven.shape[1]
         block = module.bmat(
             [
-                [closed, driven, matrix],
+                [closed, driven, state_bound * matrix],
                 [np.zeros((columns, 3)), -0.5 * level * np.eye(columns), np.zeros((columns, 3))],
                 [np.zeros((3, 3)), np.zeros((3, columns)), -0.5 * size],
             ]
         )
         groups[LEVEL].append(negative(block))
         if disc is not None:
-            block = module.bmat(
-                [[-0.5 * matrix, closed - disc.centre * matrix], [np.zeros((3, 3)), -0.5 * disc.radius**2 * matrix]]
-            )
+            edge = -0.5 * disc.radius * matrix
+            block = module.bmat([[edge, closed - disc.centre * matrix], [np.zeros((3, 3)), edge]])
             groups[REGION].append(negative(block))
-        block = module.bmat([[-0.5 * matrix, -part.T], [np.zeros((3, 3)), -0.5 * torque_bound**2 * size]])
+        block = module.bmat([[-0.5 * matrix, -part.T], [np.zeros((3, 3)), -0.5 * size]])
         groups[TORQUE].append(negative(block))
     return level, {name: group for name, group in groups.items() if group}, matrix, moved
 
@@ -181,7 +193,7 @@ def _reason(
     if gamma is not None:
         level, groups, _, _ = _problem(model, disc, None, state_bound, torque_bound, None)
         if minimised(level, groups):
-            least = float(np.sqrt(level.value))
+            least = float(np.sqrt(level.value)) * _push(model) / state_bound
             least = math.ceil(least * (1.0 + SLACK) * 1e4) / 1e4
             rule = f"must be at least {least:.4f} for {LEVEL} with these disc and bounds"
             return ValueError(f"gamma {rule}, got {gamma!r}")
