@@ -7,7 +7,7 @@ import pytest
 
 from ftac_gym import scenarios
 from ftac_gym.evaluation import BaselineContestant, Evaluation, compare, evaluate, fault_classes, rollout
-from ftac_gym.evaluation.compare import TABLE_METRICS
+from ftac_gym.evaluation.compare import ERROR_AND_VIBRATION, TABLE_METRICS
 from ftac_gym.evaluation.metrics import UNITS
 from ftac_gym.faults import (
     Bias,
@@ -167,8 +167,8 @@ def test_compare():
     rows = compare([synthetic("new", 0.5), synthetic("old", 0.0)], "old", everyone)
     assert [row.policy for row in rows] == ["new", "old"]
     new, old = rows
-    assert set(new.estimates) == set(old.estimates) == set(TABLE_METRICS)
-    assert set(new.differences) == set(TABLE_METRICS) and not old.differences
+    assert set(new.estimates) == set(old.estimates) == {*TABLE_METRICS, ERROR_AND_VIBRATION}
+    assert set(new.differences) == {*TABLE_METRICS, ERROR_AND_VIBRATION} and not old.differences
     assert new.differences["energy"].value == pytest.approx(0.5) and new.differences["energy"].excludes_zero
     assert new.differences["recovery_time"].count == 30
     share = synthetic("old", 0.0).metrics["success"].mean()
@@ -211,3 +211,15 @@ def test_fault_classes():
     counts = (several.faults["kind"] > 0).any(axis=2).sum(axis=1)
     np.testing.assert_array_equal(fault_classes(several) == "2 faults", counts == 2)
     np.testing.assert_array_equal(fault_classes(several) == "outage", counts == 1)
+
+
+def test_error_and_vibration_are_each_measured_by_the_reference():
+    everyone = np.ones(60, dtype=bool)
+    new, old = synthetic("new", 0.0), synthetic("old", 0.0)
+    new.metrics["integrated_error"] = 1.1 * old.metrics["integrated_error"]
+    new.metrics["modal_energy"] = 0.5 * old.metrics["modal_energy"]
+    better, reference = compare([new, old], "old", everyone)
+    assert reference.estimates[ERROR_AND_VIBRATION].value == pytest.approx(2.0)
+    assert better.estimates[ERROR_AND_VIBRATION].value == pytest.approx(1.6)
+    change = better.differences[ERROR_AND_VIBRATION]
+    assert change.value == pytest.approx(-0.4) and change.high < 0.0
