@@ -7,8 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from ftac_gym.attitude import cross
-from ftac_gym.baselines import synthesis
-from ftac_gym.baselines.controllers.flexible import FlexibleLaw
+from ftac_gym.baselines.controllers.flexible import FlexibleLaw, scheduled_feedback
 from ftac_gym.baselines.relative_motion import RelativeMotion
 from ftac_gym.baselines.search import Range, SearchSpace
 from ftac_gym.baselines.takagi_sugeno import TriangularSets
@@ -43,7 +42,7 @@ class AISMC(FlexibleLaw):
     Raises
     ------
     ValueError
-        If the spacecraft is rigid or a gain breaks a rule.
+        If the spacecraft is rigid, a gain breaks a rule, or K_i leaves an unstable s for this spacecraft.
     """
 
     search_space: ClassVar[SearchSpace] = {
@@ -66,7 +65,7 @@ class AISMC(FlexibleLaw):
         attitude_filter_time: float = 0.0,
     ) -> None:
         super().__init__(scenario, num_craft, "none", None, slope, limit, short_way, attitude_filter_time)
-        self._feedback = synthesis.gains(scenario.spacecraft, design).controller.feedback
+        self._feedback = scheduled_feedback(scenario, design)
         self._quick_inverse: FloatArray = np.linalg.inv(self._quick_inertia).astype(np.float64)
         self._membership = TriangularSets()
         self._margin = non_negative(margin, "margin")

@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 
 from ftac_gym.attitude import cross
+from ftac_gym.baselines import synthesis
 from ftac_gym.baselines.allocation import limit_each, scale_to_limits
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantLaw
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter
 from ftac_gym.baselines.relative_motion import RelativeMotion, relative_motion
+from ftac_gym.baselines.takagi_sugeno import TakagiSugenoModel
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, non_negative, require
 from ftac_gym.scenario import Scenario
@@ -115,7 +117,23 @@ class FlexibleLaw(FaultTolerantLaw):
     def _limited(self, command: FloatArray) -> FloatArray:
         """Return wheel torques (N, m) [N m] within the limits."""
         if self._limit == "sum":
-            total = np.abs(command).sum(axis=1, keepdims=True)
-            limited: FloatArray = command * np.minimum(1.0, self._torque_limits.min() / np.maximum(total, 1e-300))
+            smallest = self._torque_limits.min()
+            excess = np.maximum(np.abs(command).sum(axis=1, keepdims=True) / smallest, 1.0)
+            limited: FloatArray = command / excess
             return limited
         return (scale_to_limits if self._redundant else limit_each)(command, self._torque_limits)
+
+
+def scheduled_feedback(scenario: Scenario, design: str, share: float = 1.0, scheduled: bool = True) -> FloatArray:
+    """Return K_i (8, 3, 3) [N m s/rad] from a design, times a share; all are their mean unless scheduled.
+
+    Raises
+    ------
+    ValueError
+        If the spacecraft is rigid, the design is unknown, or A_i + B K_i is not stable at every rule.
+    """
+    model, gains = TakagiSugenoModel(scenario.spacecraft), synthesis.gains(scenario.spacecraft, design).controller
+    feedback: FloatArray = share * (gains if scheduled else gains.mean()).feedback
+    slowest = float(np.linalg.eigvals(model.state + model.input @ feedback).real.max())
+    require(slowest < 0.0, "design", f"must leave a stable s; the slowest pole is {slowest:.3g} 1/s", design)
+    return feedback

@@ -7,13 +7,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ftac_gym.baselines import synthesis
-from ftac_gym.baselines.controllers.flexible import FlexibleLaw
+from ftac_gym.baselines.controllers.flexible import FlexibleLaw, scheduled_feedback
 from ftac_gym.baselines.relative_motion import RelativeMotion
 from ftac_gym.baselines.search import Range, SearchSpace
-from ftac_gym.baselines.takagi_sugeno import TakagiSugenoModel, TriangularSets
+from ftac_gym.baselines.takagi_sugeno import TriangularSets
 from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, non_negative, positive, require
+from ftac_gym.parameters import FloatArray, non_negative, positive
 from ftac_gym.scenario import Scenario
 
 
@@ -76,12 +75,8 @@ class FuzzySMC(FlexibleLaw):
         attitude_filter_time: float = 0.0,
     ) -> None:
         super().__init__(scenario, num_craft, faults, observer, slope, limit, short_way, attitude_filter_time)
-        model = TakagiSugenoModel(scenario.spacecraft)
-        gains = synthesis.gains(scenario.spacecraft, design).controller
         share = positive(feedback_share, "feedback_share")
-        feedback: FloatArray = share * (gains if scheduled else gains.mean()).feedback
-        slowest = float(np.linalg.eigvals(model.state + model.input @ feedback).real.max())
-        require(slowest < 0.0, "design", f"must leave a stable s; the slowest pole is {slowest:.3g} 1/s", design)
+        feedback = scheduled_feedback(scenario, design, share, scheduled)
         self._membership = TriangularSets()
         self._feedback = feedback.reshape(len(feedback), 9)
         self._linear = non_negative(linear, "linear")

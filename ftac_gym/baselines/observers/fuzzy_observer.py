@@ -154,7 +154,7 @@ class FuzzyObserver:
         vibration[:, self._modes :] -= rate @ self._coupling.T
         if self._vibration_bound is not None:
             size = np.abs(vibration).sum(axis=1, keepdims=True)
-            vibration *= np.minimum(1.0, self._vibration_bound / np.maximum(size, 1e-300))
+            vibration *= self._vibration_bound / np.maximum(size, self._vibration_bound)
         return mismatch, fault, motion, vibration
 
     def _slope(self, state: FloatArray, rate: FloatArray, torque: FloatArray, weights: FloatArray) -> FloatArray:

@@ -77,10 +77,9 @@ class IterativeLearningObserver:
         """Take in a measurement and the command (N, m) [N m] of the period dt [s] that ends with it."""
         learned = self._memory["learned_torque"]
         torque = command @ self._axes_transposed + learned + self._predictor.mismatch @ self._rate_gain
-        mismatch, fresh = self._predictor.update(measurement, torque, dt)
-        renewed = self._forgetting * learned + mismatch @ self._learning_gain
-        # The first sample brings no news.
-        self._memory["learned_torque"] = np.where(fresh, learned, renewed)
+        # The first sample brings no news: the prediction starts there.
+        mismatch, _ = self._predictor.update(measurement, torque, dt)
+        self._memory["learned_torque"] = self._forgetting * learned + mismatch @ self._learning_gain
         return self.estimate
 
     @property
