@@ -57,7 +57,8 @@ def advance(
     ``modal_rate`` (N, k), ``faults`` FAULT (N, m, layers), ``switches`` (N, chains, FLIPS) [s], ``steady`` DISTURBANCE
     (N,), ``harmonics`` HARMONIC (N, K); ``step`` is the physics step [s], of which a control period has ``substeps``.
 
-    ``appendages`` is None for rigid bodies: they are compiled apart, without any trace of the modes.
+    ``appendages`` and both arrays of the modes are None for rigid bodies: they are compiled apart, without any trace of
+    the modes.
 
     A wheel that would pass its momentum limit within a step gives just the share of its torque that takes it there.
     """

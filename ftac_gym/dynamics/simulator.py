@@ -85,6 +85,7 @@ class Simulator:
         if scenario.misalignment is not None:
             self._wheel_table["axis"] += np.transpose(scenario.misalignment)
         self._coupled = wheels.momentum_coupling
+        self._bends = scenario.spacecraft.modes > 0
         uncertainty = scenario.inertia_uncertainty
         self._rate_torque = uncertainty is not None and uncertainty.rate_torque
         self._step, self._substeps = scenario.physics_step, scenario.substeps
@@ -249,11 +250,12 @@ class Simulator:
     def plant_arguments(self) -> tuple[Any, ...]:
         """Return what the compiled plant is called with after the range of craft."""
         tables, state = self._drawn(), self.state
-        modes = tables["modes"] if tables["modes"].shape[1] else None
+        # Rigid craft get none of it: the compiler then makes a plant of its own for them.
+        bending = (tables["modes"], state.modal_displacement, state.modal_rate) if self._bends else (None, None, None)
         return (
             state.attitude, state.rate, state.wheel_momentum, state.motor_torque, state.wheel_torque, self.ticks,
             self.last_command, self._past, self._wheel_table, self._coupled, tables["inertia"], self._rate_torque,
-            modes, state.modal_displacement, state.modal_rate, tables["faults"], tables["switches"],
+            *bending, tables["faults"], tables["switches"],
             tables["disturbance"], tables["harmonics"], self._step, self._substeps,
         )  # fmt: skip
 

@@ -19,6 +19,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from functools import reduce
+from operator import add
 from typing import Any
 
 import numpy as np
@@ -33,10 +34,9 @@ from ftac_gym.scenario import success_steps
 TERMS = ("progress", "precision", "rate", "effort", "smoothness", "on_target", "tumble", "vibration")
 
 
-def total(terms: FloatArray) -> FloatArray:
-    """Return the rewards (N,) of terms (terms, N), added in their order, which NumPy's sum is not for one craft."""
-    rewards: FloatArray = reduce(np.add, terms)
-    return rewards
+def total(terms: Any) -> Any:
+    """Return the sum of terms, numbers or arrays (N,), added in their order, which NumPy's sum is not for one craft."""
+    return reduce(add, terms)
 
 
 class Reward:

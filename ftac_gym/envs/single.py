@@ -145,8 +145,9 @@ class SpacecraftFTCEnv(CoreAccess, gym.Env[Observation, npt.NDArray[Any]]):
             raise ValueError(f"action must have shape {self.action_space.shape}, got {action.shape}")
         observation, terms, terminated, truncated = self.core.step(action[None])
         info = self._info()
-        info["reward_terms"] = dict(zip(TERMS, terms[:, 0].tolist(), strict=True))
-        return observation[0], float(total(terms)[0]), bool(terminated[0]), bool(truncated[0]), info
+        values = terms[:, 0].tolist()
+        info["reward_terms"] = dict(zip(TERMS, values, strict=True))
+        return observation[0], total(values), bool(terminated[0]), bool(truncated[0]), info
 
     def _info(self) -> dict[str, Any]:
         # The same keys and values as Core.facts, without the cost of arrays.
