@@ -16,7 +16,7 @@ from ftac_gym.parameters import FloatArray, require
 from ftac_gym.randomness import Purpose, keys_from_seeds, uniforms
 from ftac_gym.scenario import Scenario
 from ftac_gym.sensors import SENSOR
-from ftac_gym.vibration import LARGEST_PHASE, exact_modes
+from ftac_gym.vibration import LARGEST_PHASE, exact_modes, fastest_pole
 
 
 def draw_episodes(scenario: Scenario, seeds: Sequence[int], index: np.ndarray) -> Episodes:
@@ -103,14 +103,8 @@ def _modes(scenario: Scenario, deviates: Callable[[Purpose, int], FloatArray], i
         smallest = float(np.linalg.eigvalsh(least).min(initial=np.inf))
         rule = "must leave J - delta' delta of every craft positive definite; the smallest eigenvalue drawn [kg m^2]"
         require(smallest > 0.0, "appendage_uncertainty and inertia_uncertainty", rule, smallest)
-        # The free modes of each craft: eta'' = -(I - delta J^-1 delta')^-1 K eta.
-        held = modes["coupling"] @ np.linalg.solve(inertia["constant"], modes["coupling"].transpose(0, 2, 1))
-        root = np.sqrt(modes["stiffness"])
-        squares = root[:, :, None] * np.linalg.inv(np.eye(appendages.count) - held) * root[:, None, :]
-        phase = float(np.sqrt(np.linalg.eigvalsh(squares).max(initial=0.0))) * scenario.physics_step
-        rule = (
-            f"must let no free mode turn by more than {LARGEST_PHASE:g} rad in a step; the fastest drawn turns by [rad]"
-        )
+        phase = float(fastest_pole(modes, inertia["constant"]).max(initial=0.0)) * scenario.physics_step
+        rule = f"must be at most {LARGEST_PHASE:g} over the fastest pole of the modes; the fastest drawn times the step"
         require(phase <= LARGEST_PHASE, "physics_step", rule, phase)
     return modes
 

@@ -28,7 +28,7 @@ from ftac_gym.references import MRPSinusoid, RateProfile, Reference, SetPoints
 from ftac_gym.sensors import SensorErrors
 from ftac_gym.serialization import LATER_PART, from_plain, to_plain
 from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.vibration import LARGEST_PHASE, AppendageUncertainty
+from ftac_gym.vibration import LARGEST_PHASE, AppendageUncertainty, exact_modes, fastest_pole
 from ftac_gym.wheels import WheelArray
 
 
@@ -78,7 +78,8 @@ class Scenario:
     appendage_uncertainty
         How the true vibration modes differ from the nominal ones; None if they do not.
     misalignment
-        3 x m, in body axes: by how much the true wheel axes differ from the nominal ones; None for not at all.
+        3 x m, in body axes: by how much the true wheel axes differ from the nominal ones; None for not at all. The
+        feasibility label does not look at it.
 
     Raises
     ------
@@ -120,11 +121,14 @@ class Scenario:
             object.__setattr__(self, "tumble_rate", positive(self.tumble_rate, "tumble_rate"))
         if self.misalignment is not None:
             error = matrix(self.misalignment, 3, self.spacecraft.wheels.count, "misalignment")
+            rank = int(np.linalg.matrix_rank(self.spacecraft.wheels.axis_matrix + error, tol=1e-3))
+            nominal = int(np.linalg.matrix_rank(self.spacecraft.wheels.axis_matrix))
+            require(rank == nominal, "misalignment", f"must leave axes that span {nominal} dimensions", rank)
             object.__setattr__(self, "misalignment", tuple(tuple(float(value) for value in row) for row in error))
         if (appendages := self.spacecraft.appendages) is not None:
-            fastest = float(appendages.free_frequencies(self.spacecraft.inertia_matrix)[-1])
+            fastest = float(fastest_pole(exact_modes(appendages, 1), self.spacecraft.inertia_matrix[None])[0])
             rule = (
-                f"must be at most {LARGEST_PHASE / fastest:.3g} s for the fastest mode, {fastest:.4g} rad/s when free"
+                f"must be at most {LARGEST_PHASE / fastest:.3g} s: the fastest pole of the modes is {fastest:.4g} 1/s"
             )
             require(self.physics_step * fastest <= LARGEST_PHASE, "physics_step", rule, self.physics_step)
         if (uncertainty := self.appendage_uncertainty) is not None:

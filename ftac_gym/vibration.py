@@ -15,7 +15,7 @@ MODE = np.dtype([("stiffness", "f8"), ("damping", "f8"), ("coupling", "f8", (3,)
 """Per craft and mode: eta'' + damping eta' + stiffness eta = -coupling . w' [rad/s, rad^2/s^2, kg^1/2 m]."""
 
 LARGEST_PHASE = 2.0
-"""What the fastest mode of a free craft may turn through in a physics step [rad]; RK4 diverges from 2.83 on."""
+"""What the fastest pole of the modes of a free craft may be, over a physics step; RK4 diverges from 2.7 on."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +71,29 @@ def exact_modes(nominal: FlexibleAppendages | None, count: int) -> npt.NDArray[n
     table["stiffness"], table["damping"] = nominal.stiffness, nominal.damping
     table["coupling"] = nominal.coupling_matrix
     return table
+
+
+def fastest_pole(modes: npt.NDArray[np.void], inertia: FloatArray) -> FloatArray:
+    """Return the magnitude of the fastest pole of the modes of craft that are free to turn, (N,) [1/s].
+
+    Without damping it is the highest free frequency.
+
+    Parameters
+    ----------
+    modes
+        (N, k) MODE records, k at least 1.
+    inertia
+        (N, 3, 3) total inertia [kg m^2].
+    """
+    count, coupling = modes.shape[1], modes["coupling"]
+    # eta'' = -(I - delta J^-1 delta')^-1 (C eta' + K eta).
+    held = np.eye(count) - coupling @ np.linalg.solve(inertia, coupling.transpose(0, 2, 1))
+    companion = np.zeros((len(modes), 2 * count, 2 * count))
+    companion[:, :count, count:] = np.eye(count)
+    companion[:, count:, :count] = -np.linalg.solve(held, modes["stiffness"][:, :, None] * np.eye(count))
+    companion[:, count:, count:] = -np.linalg.solve(held, modes["damping"][:, :, None] * np.eye(count))
+    fastest: FloatArray = np.abs(np.linalg.eigvals(companion)).max(axis=1)
+    return fastest
 
 
 def modal_energy(stiffness: FloatArray, displacement: FloatArray, rate: FloatArray) -> FloatArray:

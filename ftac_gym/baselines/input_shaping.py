@@ -178,6 +178,8 @@ def shaper_of(appendages: FlexibleAppendages | None, order: int = 1, modes: int 
         whole(modes, 0, "shaped_modes")
     if appendages is None:
         return InputShaper()
+    known = appendages.count
+    require(modes is None or modes <= known, "shaped_modes", f"must be at most {known}, the number of modes", modes)
     ratios = np.broadcast_to(appendages.damping_ratios, appendages.count).tolist()
     lowest = sorted(zip(appendages.frequencies, ratios, strict=True))[:modes]
     return convolved(*(zero_vibration(frequency, ratio, order) for frequency, ratio in dict.fromkeys(lowest)))

@@ -7,6 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
+from ftac_gym.attitude import skew
 from ftac_gym.parameters import FloatArray, positive, require
 from ftac_gym.spacecraft import Spacecraft
 
@@ -141,7 +142,7 @@ class TakagiSugenoModel:
         self.modes = count
         self.corners = corners(positive(bound, "bound"))
         self.input: FloatArray = np.linalg.inv(spacecraft.quick_inertia).astype(np.float64)
-        turning = np.array([_skew(rate) for rate in self.corners])
+        turning = skew(self.corners)
         self.state: FloatArray = -self.input @ turning @ inertia
         pull = np.concatenate([coupling.T @ stiffness, coupling.T @ damping], axis=1)
         carried = np.concatenate([np.zeros((8, 3, count)), turning @ coupling.T], axis=2)
@@ -172,8 +173,3 @@ class TakagiSugenoModel:
         pulled = np.einsum("nr,rij,nj->ni", weights, self.vibration_input, motion)
         slope: FloatArray = own + pulled + torque @ self.input.T
         return slope, vibration @ self.vibration.T + rate @ self.rate_to_vibration.T
-
-
-def _skew(vector: FloatArray) -> FloatArray:
-    x, y, z = vector
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

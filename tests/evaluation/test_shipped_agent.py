@@ -28,7 +28,7 @@ def flown(name, count):
 def test_the_card_tells_how_it_was_made(name):
     card = json.loads((folder(name) / CARD_FILE).read_text())
     assert card["command"].startswith("python train/train.py")
-    assert "/tmp" not in card["command"] and "/work" not in card["command"]
+    assert " /" not in card["command"]  # no path of the machine
     assert len(card["commit"]) >= 12
     assert "dirty" not in card["commit"]
     assert card["interface"]["gains"], "the gains of the base are written down"

@@ -16,7 +16,7 @@ from ftac_gym.baselines.fault_source import FaultSource
 from ftac_gym.baselines.gyroscopic import GyroscopicModel
 from ftac_gym.baselines.search import SearchSpace
 from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, fields_named
+from ftac_gym.parameters import FloatArray, fields_named, require
 from ftac_gym.scenario import Scenario
 
 
@@ -37,11 +37,13 @@ class FaultTolerantLaw(Baseline):
     Raises
     ------
     ValueError
-        If the source of faults is unknown or its gains are refused.
+        If the source of faults is unknown, its gains are refused, or the law cannot use what it estimates.
     """
 
     allocation_power: ClassVar[float] = 1.0
     """Exponent of the allocation, see :class:`~ftac_gym.baselines.allocation.EffectivenessAllocation`."""
+    takes_torques: ClassVar[bool] = False
+    """Whether the law takes off a torque on the body that an observer of torques sees; else it asks for the wheels'."""
 
     def __init__(
         self,
@@ -52,6 +54,8 @@ class FaultTolerantLaw(Baseline):
         smallest_effectiveness: float = 0.05,
     ) -> None:
         super().__init__(scenario, num_craft)
+        rule = "must be an observer of single wheels: this law takes no torque on the body off"
+        require(self.takes_torques or faults not in observers.OF_TORQUES, "faults", rule, faults)
         craft = scenario.spacecraft
         self._inertia = craft.inertia_matrix
         self._inverse_inertia: FloatArray = np.linalg.inv(self._inertia).astype(np.float64)
@@ -104,6 +108,8 @@ class FaultTolerantLaw(Baseline):
         elif estimate.disturbance is not None:
             # An observer that knows no biases has them, and all else, in the torque that keeps it on the measured rate.
             torque = torque - estimate.disturbance
+        if estimate.vibration is not None:
+            torque = torque - estimate.vibration
         command = self._minimax(torque)
         if estimate.effectiveness is None:
             return command

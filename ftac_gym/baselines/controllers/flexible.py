@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -24,6 +24,9 @@ LIMITS = ("each", "sum")
 
 class FlexibleLaw(FaultTolerantLaw):
     """A law for a body of inertia J - delta' delta that appendages pull at (Eqs. (35), (36) of Li et al. 2023).
+
+    The momentum of the wheels is not in the paper's equations: where a scenario has it, what it does is a fault to the
+    observer, and a disturbance to a law without one.
 
         torque = the subclass's - g(s) - f^ - d^
 
@@ -74,6 +77,8 @@ class FlexibleLaw(FaultTolerantLaw):
         self._redundant = scenario.spacecraft.wheels.count > 3
         self._filter = AttitudeFilter(scenario, self.memory, attitude_filter_time)
 
+    takes_torques: ClassVar[bool] = True
+
     @abstractmethod
     def _torque(self, measurement: Measurement, motion: RelativeMotion, variable: FloatArray) -> FloatArray:
         """Return the torque (N, 3) [N m] before the estimates are taken off, for the errors and s (N, 3) [rad/s]."""
@@ -110,8 +115,6 @@ class FlexibleLaw(FaultTolerantLaw):
         motion = relative_motion(attitude, measurement, self._moving, self._short_way)
         estimate = self._faults.update(measurement)
         torque = self._torque(measurement, motion, self._variable(motion))
-        if estimate is not None and estimate.vibration is not None:
-            torque = torque - estimate.vibration
         return self._limited(self._to_wheels_evenly(torque, estimate))
 
     def _limited(self, command: FloatArray) -> FloatArray:
@@ -127,6 +130,9 @@ class FlexibleLaw(FaultTolerantLaw):
 def scheduled_feedback(scenario: Scenario, design: str, share: float = 1.0, scheduled: bool = True) -> FloatArray:
     """Return K_i (8, 3, 3) [N m s/rad] from a design, times a share; all are their mean unless scheduled.
 
+    What the design proves for every blend of the rules is proved for a share of one alone; any other is checked rule by
+    rule.
+
     Raises
     ------
     ValueError
@@ -135,5 +141,6 @@ def scheduled_feedback(scenario: Scenario, design: str, share: float = 1.0, sche
     model, gains = TakagiSugenoModel(scenario.spacecraft), synthesis.gains(scenario.spacecraft, design).controller
     feedback: FloatArray = share * (gains if scheduled else gains.mean()).feedback
     slowest = float(np.linalg.eigvals(model.state + model.input @ feedback).real.max())
-    require(slowest < 0.0, "design", f"must leave a stable s; the slowest pole is {slowest:.3g} 1/s", design)
+    rule = f"with feedback_share = {share!r} must leave a stable s; the slowest pole is {slowest:.3g} 1/s"
+    require(slowest < 0.0, "design", rule, design)
     return feedback

@@ -36,13 +36,13 @@ class RAFTSMCClass(FlexibleLaw):
     first, second
         k1, k2 [rad/s].
     first_exponent, second_exponent
-        r1 above one and r2 within (0, 1).
+        r1, at least one, and r2 within (0, 1).
     bound
         phi.
     reaching_high, reaching_low
         kappa_a, kappa_b [N m per power of rad/s].
     high_exponent, low_exponent
-        r3 above one and r4 within (0, 1).
+        r3, at least one, and r4 within (0, 1).
     adaptation, forgetting
         g1 = g2 [N m s^-1 per rad/s] and p1 = p2.
     layer
@@ -89,7 +89,7 @@ class RAFTSMCClass(FlexibleLaw):
         super().__init__(scenario, num_craft, "none", None, 0.0, limit, short_way, attitude_filter_time)
         self._first = non_negative(first, "first")
         for name, value in (("first_exponent", first_exponent), ("high_exponent", high_exponent)):
-            require(value >= 1.0, name, "must be at least 1", value)
+            require(1.0 <= value < np.inf, name, "must be at least 1, and finite", value)
         self._first_exponent, self._high_exponent = float(first_exponent), float(high_exponent)
         with fields_named(terminal="second", exponent="second_exponent"):
             self._terminal = NonsingularTerminalSurface(0.0, second, second_exponent, bound)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 from ftac_gym.baselines.allocation import scale_to_limits
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantLaw
@@ -58,6 +58,8 @@ class RelativeLaw(FaultTolerantLaw):
         super().__init__(scenario, num_craft, faults, observer)
         self._moving = scenario.reference.moving
         self._filter = AttitudeFilter(scenario, self.memory, attitude_filter_time)
+
+    takes_torques: ClassVar[bool] = True
 
     @abstractmethod
     def _variable(self, measurement: Measurement, error: FloatArray, rate_error: FloatArray) -> FloatArray:

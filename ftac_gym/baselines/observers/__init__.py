@@ -50,6 +50,9 @@ _OBSERVERS: dict[str, tuple[_Kind, Mapping[str, Any]]] = {
     "ilo_class": (IterativeLearningObserver, {}),
 }
 
+OF_TORQUES = ("fafeo", "ilo_class")
+"""Observers of the torque on the body, which say nothing of single wheels."""
+
 
 def names() -> list[str]:
     """Return the names of the fault observers."""

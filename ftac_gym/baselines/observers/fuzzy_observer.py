@@ -21,6 +21,9 @@ from ftac_gym.scenario import Scenario
 METHODS = ("rk4", "euler")
 STARTS = ("measured", "zero")
 
+STABLE_STEP = 2.78
+"""Longer steps than this over the fastest pole make the Runge-Kutta method diverge, and Euler's long before."""
+
 
 class FuzzyObserver:
     """Estimate of rate, fault torque and vibration from the measured rate alone: Eqs. (16), (17), without derivatives.
@@ -65,7 +68,8 @@ class FuzzyObserver:
     Raises
     ------
     ValueError
-        If the spacecraft is rigid, a parameter breaks a rule, or the gains leave an unstable error for this spacecraft.
+        If the spacecraft is rigid, a parameter breaks a rule, the gains leave an unstable error for this spacecraft, or
+        the step is too long for it.
     """
 
     search_space: ClassVar[SearchSpace] = {}
@@ -94,6 +98,10 @@ class FuzzyObserver:
         gains = gains if scheduled else gains.mean()
         slowest = float(np.linalg.eigvals(error_dynamics(model, gains)).real.max())
         require(slowest < 0.0, "design", f"must leave a stable error; the slowest pole is {slowest:.3g} 1/s", design)
+        step = scenario.control_period / self._steps
+        fastest = float(np.abs(np.linalg.eigvals(error_dynamics(model, gains))).max())
+        rule = f"must be at most {STABLE_STEP / fastest:.3g} s: the fastest pole of the error is {fastest:.3g} 1/s"
+        require(step * fastest <= STABLE_STEP, "longest_step", rule, longest_step)
         appendages = scenario.spacecraft.appendages
         assert appendages is not None
         self._coupling = appendages.coupling_matrix

@@ -108,7 +108,10 @@ def solved(spacecraft: Spacecraft) -> Gains:
         data = json.loads(file.read_text())
         if data["spacecraft"] == wanted:
             return Gains(observer_from(data["observer"]), controller_from(data["controller"]))
-    observer, controller = design(spacecraft)
+    try:
+        observer, controller = design(spacecraft)
+    except ImportError as error:
+        raise ImportError(f"no design is kept for this spacecraft, and {error}") from None
     return Gains(observer.gains, controller.gains)
 
 

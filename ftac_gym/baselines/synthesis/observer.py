@@ -135,7 +135,7 @@ def design_observer(
     if fault_axes is not None:
         fault_axes = matrix(fault_axes, 3, None, "fault_axes")
     check_observable(model, fault_axes)
-    fault = default_fault_proportional() if fault_proportional is None else fault_proportional
+    fault = default_fault_proportional() if fault_proportional is None else np.asarray(fault_proportional, dtype=float)
     vibration = vibration_proportional
     if vibration is None:
         vibration = default_vibration_proportional(model.modes)

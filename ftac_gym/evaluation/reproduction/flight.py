@@ -121,15 +121,20 @@ class Flight:
         """Return the largest error in the last ``window`` seconds [deg], of all craft."""
         return float(self.error[self.time >= self.time[-1] - window].max())
 
-    def spent(self) -> FloatArray:
-        """Return the integral of the squared torques that the wheels of the first craft apply, (T + 1,) [N^2 m^2 s]."""
-        applied = self.true_effectiveness[:, 0] * self.command[:, 0] + self.true_bias[:, 0]
-        spent = np.cumsum((applied**2).sum(axis=1)) * self.scenario.control_period
+    def spent(self, commanded: bool = False) -> FloatArray:
+        """Return the integral of the squared torques of the first craft's wheels, (T + 1,) [N^2 m^2 s].
+
+        They are those that the wheels apply, faults included, or those that the law commands.
+        """
+        torque = self.command[:, 0]
+        if not commanded:
+            torque = self.true_effectiveness[:, 0] * torque + self.true_bias[:, 0]
+        spent = np.cumsum((torque**2).sum(axis=1)) * self.scenario.control_period
         return np.concatenate(([0.0], spent))
 
-    def energy(self, until: float = np.inf) -> float:
+    def energy(self, until: float = np.inf, commanded: bool = False) -> float:
         """Return the same up to a time [s]."""
-        return float(self.spent()[self.time <= until + 1e-9][-1])
+        return float(self.spent(commanded)[self.time <= until + 1e-9][-1])
 
     def speed(self) -> FloatArray:
         """Return the magnitude of the first craft's rate, (T + 1,) [deg/s]."""

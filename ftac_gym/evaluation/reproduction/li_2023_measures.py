@@ -11,11 +11,15 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym import scenarios
+from ftac_gym.attitude import quaternion_error, quaternion_from_mrp
 from ftac_gym.baselines import synthesis
-from ftac_gym.baselines.takagi_sugeno import TakagiSugenoModel
+from ftac_gym.baselines.takagi_sugeno import TakagiSugenoModel, TriangularSets
 from ftac_gym.evaluation.reproduction.flight import Flight, from_when
 from ftac_gym.parameters import FloatArray
 from ftac_gym.spacecraft import Spacecraft
+
+CALM = (15.0, 39.5)
+"""After the observer's transient, before the faults [s]."""
 
 LENGTH = 200.0
 """The example's duration [s]."""
@@ -28,7 +32,10 @@ FIRST, SECOND, LATE = (0.0, 40.0), (80.0, LENGTH), (160.0, LENGTH)
 
 
 def during(flight: Flight, window: tuple[float, float]) -> npt.NDArray[np.bool_]:
-    """Return which of the (T + 1) samples lie in a window of the example; a shorter flight has it shortened."""
+    """Return which of the (T + 1) samples lie in a window of the example, which a shorter flight has shortened with it.
+
+    Of flights that are shorter on purpose no window is asked for.
+    """
     scale = min(1.0, flight.time[-1] / LENGTH)
     inside: npt.NDArray[np.bool_] = (flight.time >= window[0] * scale) & (flight.time <= window[1] * scale)
     return inside
@@ -93,14 +100,41 @@ def energy_at(flight: Flight, moment: float) -> float:
     return float(flight.modal_energy[during(flight, (moment - 2.0, moment + 2.0)), 0].mean())
 
 
-def swings(flight: Flight) -> float:
-    """Return the largest component of s = w + 2 q_ev at the start of either manoeuvre [rad/s]."""
-    speed = flight.rate[:, 0]
-    sizes = []
-    for window in (FIRST, SECOND):
-        at = int(np.flatnonzero(during(flight, window))[0])
-        sizes.append(float(np.linalg.norm(speed[at])) + 2.0 * float(pointing(flight)[at]))
-    return max(sizes)
+def virtual_control(flight: Flight) -> tuple[float, float]:
+    """Return the largest |s| [rad/s] and |sum h_i K_i s| [N m] at the starts of the manoeuvres; published gains."""
+    sets, feedback = TriangularSets(), synthesis.published().controller.feedback
+    attitude, reference = (quaternion_from_mrp(part[:, 0]) for part in (flight.attitude, flight.reference))
+    variable = flight.rate[:, 0] + 2.0 * quaternion_error(attitude, reference)[:, 1:]
+    torque = np.einsum("nr,rij,nj->ni", sets(flight.rate[:, 0]), feedback, variable)
+    starts = [int(np.flatnonzero(during(flight, window))[0]) for window in (FIRST, SECOND)]
+    return tuple(float(np.linalg.norm(part[starts], axis=1).max()) for part in (variable, torque))  # type: ignore[return-value]
+
+
+def at_limit(flight: Flight) -> float:
+    """Return the share of time that any wheel is commanded its limit."""
+    limits = flight.scenario.spacecraft.wheels.torque_limits
+    return float((np.abs(flight.command[:, 0]) >= limits * (1.0 - 1e-9)).any(axis=1).mean())
+
+
+def lag(flight: Flight) -> float:
+    """Return by how much the first channel of f^ comes late from 110 to 195 s, where it fits f best [s]."""
+    assert flight.disturbance is not None
+    inside = np.flatnonzero(during(flight, (110.0, 195.0))[:-1])
+    estimate, truth, period = (
+        flight.disturbance[inside, 0, 0],
+        fault_torque(flight)[:, 0],
+        flight.scenario.control_period,
+    )
+    shifts = range(min(inside[0], round(3.0 / period)) + 1)
+    misfits = [float(((estimate - truth[inside - shift]) ** 2).sum()) for shift in shifts]
+    return int(np.argmin(misfits)) * period
+
+
+def axis_errors(flight: Flight) -> FloatArray:
+    """Return the largest |sigma_i - sigma_d,i| from 160 to 200 s, (3,)."""
+    late = during(flight, LATE)
+    errors: FloatArray = np.abs(flight.attitude[late, 0] - flight.reference[late, 0]).max(axis=0)
+    return errors
 
 
 def words(values: Mapping[str, float], form: str = ".2g", unit: str = "") -> str:

@@ -6,11 +6,13 @@ from dataclasses import replace
 from itertools import product
 from typing import Any
 
-from ftac_gym import scenarios
+from ftac_gym import baselines, scenarios
 from ftac_gym.evaluation.reproduction.flight import Plan
 from ftac_gym.evaluation.reproduction.variations import sampled
 from ftac_gym.faults import FaultSchedule, LossOfEffectiveness
+from ftac_gym.initial_state import InitialState
 from ftac_gym.scenario import Scenario
+from ftac_gym.scenarios.li_2023 import START
 from ftac_gym.sensors import SensorErrors
 
 LAWS = {
@@ -41,8 +43,8 @@ INTEGRATIONS: dict[str, dict[str, Any]] = {
 }
 NOISES = (1e-6, 1e-5, 1e-4)
 BOUNDS = (2.0, 20.0)
-
-_PUBLISHED = {"design": "published", "torque_bound": 2.0}
+FAST = 0.5
+"""Rate about each axis of a start within the sector of the fuzzy model, which ends at 0.7 [rad/s]."""
 
 
 def printed() -> Scenario:
@@ -52,7 +54,7 @@ def printed() -> Scenario:
 
 def _observed(**changes: Any) -> dict[str, Any]:
     """Return gains of ``fuzzy_smc`` with other ones of its observer."""
-    return {"observer": {**_PUBLISHED, **changes}}
+    return {"observer": {**baselines.defaults("fuzzy_smc")["observer"], **changes}}
 
 
 def plans() -> dict[str, Plan]:
@@ -73,6 +75,8 @@ def plans() -> dict[str, Plan]:
     found["FASMC, q"] = Plan(short, "fuzzy_smc")
     found["FASMC, -q"] = Plan(short, "fuzzy_smc", flipped=True)
     found["FASMC, -q, short way"] = Plan(short, "fuzzy_smc", {"short_way": True}, flipped=True)
+    fast = healthy.replace(initial_state=InitialState.fixed(START, rate=(FAST, FAST, FAST)))
+    found.update({f"{name}, fast start": Plan(fast, law) for name, law in LAWS.items()})
     found["FASMC, from zero"] = Plan(paper, "fuzzy_smc", _observed(start="zero"))
     found["FASMC, from zero, bounded"] = Plan(paper, "fuzzy_smc", _observed(start="zero", vibration_bound=0.2))
     found["FASMC, bounded"] = Plan(paper, "fuzzy_smc", _observed(vibration_bound=0.2))
