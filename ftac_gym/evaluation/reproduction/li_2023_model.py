@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
 
 from ftac_gym import scenarios
-from ftac_gym.attitude import cross, quaternion_error
+from ftac_gym.attitude import cross, quaternion_derivative, quaternion_error
 from ftac_gym.baselines.takagi_sugeno import GaussianSets, Membership, NearestRule, TakagiSugenoModel, TriangularSets
 from ftac_gym.parameters import FloatArray
 
@@ -19,6 +20,9 @@ MEMBERSHIPS: dict[str, Membership] = {
 """The paper draws its sets but does not print them; the last stands for models in which few rules fire."""
 
 STEP, DURATION = 0.02, 40.0
+
+Slopes = Callable[[FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+"""From rate, torque and varpi to the slopes of rate and varpi."""
 
 
 class _Nonlinear:
@@ -94,7 +98,7 @@ def closed_loops() -> dict[str, FloatArray]:
     return found
 
 
-def _integrated(exact: _Nonlinear, slopes: object, start: FloatArray) -> FloatArray:
+def _integrated(exact: _Nonlinear, slopes: Slopes, start: FloatArray) -> FloatArray:
     target = np.array([[np.sqrt(1.0 - 0.29), 0.3, 0.2, -0.4]])
 
     def slope(state: FloatArray) -> FloatArray:
@@ -105,14 +109,8 @@ def _integrated(exact: _Nonlinear, slopes: object, start: FloatArray) -> FloatAr
         nonlinear = (scalar * rate + cross(vector, rate)) @ exact.quick_inertia
         nonlinear = nonlinear + cross(rate, 2.0 * vector @ exact.inertia)
         torque = -20.0 * vector - 60.0 * rate - exact.pull(rate, vibration) - nonlinear
-        turning, shaking = slopes(rate, np.clip(torque, -5.0, 5.0), vibration)  # type: ignore[operator]
-        turned = 0.5 * np.concatenate(
-            [
-                -(attitude[:, 1:] * rate).sum(axis=1, keepdims=True),
-                attitude[:, :1] * rate + cross(attitude[:, 1:], rate),
-            ],
-            axis=1,
-        )
+        turning, shaking = slopes(rate, np.clip(torque, -5.0, 5.0), vibration)
+        turned = quaternion_derivative(attitude, rate)
         return np.concatenate([turned[0], turning[0], shaking[0]])
 
     state, history = start, [start[:4]]
