@@ -38,11 +38,9 @@ class Config:
 
 def main(config: Config) -> None:
     """Solve, prove, print, and keep if asked to."""
-    if config.scenario not in scenarios.names():
-        raise SystemExit(f"--scenario: {config.scenario!r} is none of {scenarios.names()}")
-    spacecraft = scenarios.get(config.scenario).spacecraft
     start = time.perf_counter()
     try:
+        spacecraft = scenarios.get(config.scenario).spacecraft
         observer, controller = synthesis.design(spacecraft, synthesis.Disc(config.centre, config.radius))
     except (ValueError, ImportError) as error:
         raise SystemExit(f"--scenario {config.scenario}: {error}") from None
