@@ -164,7 +164,7 @@ def evaluate(flights: Flights) -> Reproduction:
             "model": figures.histories(
                 {name: (time, np.maximum(np.abs(loop - loops["nonlinear"]).max(axis=1), 1e-17))
                  for name, loop in loops.items() if name != "nonlinear"},
-                "difference of the quaternion from the nonlinear loop",
+                "largest difference of the quaternion [-]",
                 logarithmic=True,
             ),
         },
