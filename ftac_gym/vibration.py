@@ -130,8 +130,22 @@ def vibration_torque(
     -------
     Array (..., N, 3) [N m], body axes.
     """
-    force = modes["damping"] * rate + modes["stiffness"] * displacement
-    pull = np.einsum("...nk,nki->...ni", force, modes["coupling"])
-    carried = np.einsum("...nk,nki->...ni", rate, modes["coupling"])
+    return hub_torque(modes["stiffness"], modes["damping"], modes["coupling"], displacement, rate, body_rate)
+
+
+def hub_torque(
+    stiffness: FloatArray,
+    damping: FloatArray,
+    coupling: FloatArray,
+    displacement: FloatArray,
+    rate: FloatArray,
+    body_rate: FloatArray,
+) -> FloatArray:
+    """Return the same for modes that are given by K and C (..., k) [rad^2/s^2, rad/s] and delta (..., k, 3).
+
+    What is common to all craft need not be repeated for each.
+    """
+    force = damping * rate + stiffness * displacement
+    pull, carried = ((part[..., None, :] @ coupling)[..., 0, :] for part in (force, rate))
     torque: FloatArray = pull - cross(body_rate, carried)
     return torque

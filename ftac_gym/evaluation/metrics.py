@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from ftac_gym.attitude import quaternion_error, rotation_vector_from_quaternion
 from ftac_gym.parameters import FloatArray
 from ftac_gym.scenario import success_steps
 
@@ -97,12 +98,15 @@ def episode_metrics(history: Rollout) -> Metrics:
     if scenario.prescribed_bound is not None:
         inside = scenario.prescribed_bound.margin(history.error_mrp, history.time[:, None])
         margin = inside.min(axis=(0, 2))
-    late = history.error_vector[-hold:]
+    late = rotation_vector_from_quaternion(
+        quaternion_error(history.attitude[-hold:], history.reference_attitude[-hold:])
+    )
     jitter = np.sqrt(((late - late.mean(axis=0)) ** 2).sum(axis=2).mean(axis=0))
-    energy = history.modal_energy
-    pull = np.sqrt((history.vibration_torque[-hold:] ** 2).sum(axis=2).mean(axis=0))
-    flexible = history.modal_rate.shape[2] > 0
-    nothing = np.full(error.shape[1], np.nan)
+    modal_energy, residual_energy, pull = (np.full(error.shape[1], np.nan) for _ in range(3))
+    if scenario.spacecraft.modes:
+        energy = history.modal_energy
+        modal_energy, residual_energy = energy[1:].sum(axis=0) * period, energy[-hold:].mean(axis=0)
+        pull = np.sqrt((history.vibration_torque[-hold:] ** 2).sum(axis=2).mean(axis=0))
     return {
         "success": (on_target[-hold:].all(axis=0) & (hold <= steps)).astype(np.float64),
         "settling_time": np.minimum(settled, steps) * period,
@@ -118,9 +122,9 @@ def episode_metrics(history: Rollout) -> Metrics:
         "bound_kept": np.where(np.isnan(margin), np.nan, margin > 0.0),
         "bound_margin": margin,
         "jitter": np.degrees(jitter),
-        "modal_energy": energy[1:].sum(axis=0) * period if flexible else nothing,
-        "residual_energy": energy[-hold:].mean(axis=0) if flexible else nothing,
-        "vibration_torque": pull if flexible else nothing,
+        "modal_energy": modal_energy,
+        "residual_energy": residual_energy,
+        "vibration_torque": pull,
         "return": history.reward.sum(axis=0),
     }
 

@@ -13,7 +13,7 @@ import numpy as np
 from gymnasium.vector import VectorEnv
 
 from ftac_gym import baselines, scenarios
-from ftac_gym.attitude import mrp_from_quaternion, quaternion_error, rotation_vector_from_quaternion
+from ftac_gym.attitude import mrp_from_quaternion, quaternion_error
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.episodes import Episodes
 from ftac_gym.evaluation.metrics import Metrics, episode_metrics
@@ -140,11 +140,6 @@ class Rollout:
     def vibration_torque(self) -> FloatArray:
         """Torque of the vibration modes on the body, (T + 1, N, 3) [N m], body axes."""
         return vibration_torque(self.episodes.modes, self.modal_displacement, self.modal_rate, self.rate)
-
-    @property
-    def error_vector(self) -> FloatArray:
-        """Rotation vector from the reference to the body, (T + 1, N, 3) [rad], the short way."""
-        return rotation_vector_from_quaternion(quaternion_error(self.attitude, self.reference_attitude))
 
     @property
     def error_mrp(self) -> FloatArray:

@@ -7,9 +7,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.envs.registration import EnvSpec
-from gymnasium.utils.env_checker import check_env
 from helpers.flexible_craft import flexible_craft, random_appendages
-from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
 import ftac_gym  # noqa: F401  registers the environments
 from ftac_gym import scenarios
@@ -32,17 +30,7 @@ def shaken(scenario, swing=0.05):
     return scenario.replace(initial_state=start)
 
 
-# ----------------------------------------------------------------------------------------------------------- checkers
-
-
-@pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("tier", TIERS)
-@pytest.mark.parametrize("environment_id", IDS)
-def test_checkers_pass_without_a_warning(environment_id, tier):
-    env = gym.make(environment_id, observation=tier, duration=2.0)
-    check_env(env.unwrapped)
-    sb3_check_env(env.unwrapped, warn=True)
-    sb3_check_env(env, warn=True)
+# ------------------------------------------------------------------------------------------------------------- spaces
 
 
 @pytest.mark.filterwarnings("error")

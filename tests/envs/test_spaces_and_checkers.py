@@ -29,6 +29,10 @@ WHEELS = {
     "SpacecraftFTCTracking-v0": 4,
     "SpacecraftFTCZhangZhou2019-v0": 4,
     "SpacecraftFTCCao2022-v0": 3,
+    "SpacecraftFTCMa2023-v0": 3,
+    "SpacecraftFTCChen2018-v0": 3,
+    "SpacecraftFTCFlexible-v0": 4,
+    "SpacecraftFTCLi2023-v0": 3,
 }
 IDS = tuple(WHEELS)
 TIERS = ("attitude", "telemetry", "oracle")

@@ -57,6 +57,8 @@ class FlexibleLaw(FaultTolerantLaw):
         If a gain breaks a rule.
     """
 
+    takes_torques: ClassVar[bool] = True
+
     def __init__(
         self,
         scenario: Scenario,
@@ -76,8 +78,6 @@ class FlexibleLaw(FaultTolerantLaw):
         self._quick_inertia = scenario.spacecraft.quick_inertia
         self._redundant = scenario.spacecraft.wheels.count > 3
         self._filter = AttitudeFilter(scenario, self.memory, attitude_filter_time)
-
-    takes_torques: ClassVar[bool] = True
 
     @abstractmethod
     def _torque(self, measurement: Measurement, motion: RelativeMotion, variable: FloatArray) -> FloatArray:

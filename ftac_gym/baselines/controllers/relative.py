@@ -47,6 +47,8 @@ class RelativeLaw(FaultTolerantLaw):
         If a gain breaks a rule.
     """
 
+    takes_torques: ClassVar[bool] = True
+
     def __init__(
         self,
         scenario: Scenario,
@@ -58,8 +60,6 @@ class RelativeLaw(FaultTolerantLaw):
         super().__init__(scenario, num_craft, faults, observer)
         self._moving = scenario.reference.moving
         self._filter = AttitudeFilter(scenario, self.memory, attitude_filter_time)
-
-    takes_torques: ClassVar[bool] = True
 
     @abstractmethod
     def _variable(self, measurement: Measurement, error: FloatArray, rate_error: FloatArray) -> FloatArray:

@@ -7,7 +7,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from ftac_gym.attitude import cross
 from ftac_gym.baselines import synthesis
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.memory import Memory
@@ -17,6 +16,7 @@ from ftac_gym.baselines.takagi_sugeno import TakagiSugenoModel, TriangularSets
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, positive, require
 from ftac_gym.scenario import Scenario
+from ftac_gym.vibration import hub_torque
 
 METHODS = ("rk4", "euler")
 STARTS = ("measured", "zero")
@@ -96,10 +96,11 @@ class FuzzyObserver:
         model = TakagiSugenoModel(scenario.spacecraft)
         gains = synthesis.gains(scenario.spacecraft, design).observer
         gains = gains if scheduled else gains.mean()
-        slowest = float(np.linalg.eigvals(error_dynamics(model, gains)).real.max())
+        poles = np.linalg.eigvals(error_dynamics(model, gains))
+        slowest = float(poles.real.max())
         require(slowest < 0.0, "design", f"must leave a stable error; the slowest pole is {slowest:.3g} 1/s", design)
         step = scenario.control_period / self._steps
-        fastest = float(np.abs(np.linalg.eigvals(error_dynamics(model, gains))).max())
+        fastest = float(np.abs(poles).max())
         rule = f"must be at most {STABLE_STEP / fastest:.3g} s: the fastest pole of the error is {fastest:.3g} 1/s"
         require(step * fastest <= STABLE_STEP, "longest_step", rule, longest_step)
         appendages = scenario.spacecraft.appendages
@@ -134,10 +135,10 @@ class FuzzyObserver:
             state = np.where(fresh, self._initial(rate), state)
         mismatch, fault, _, vibration = self._parts(state, rate)
         displacement, swing = vibration[:, : self._modes], vibration[:, self._modes :]
-        pull = (self._damping * swing + self._stiffness * displacement) @ self._coupling
+        pull = hub_torque(self._stiffness, self._damping, self._coupling, displacement, swing, rate)
         memory["fuzzy_state"], memory["observed_rate"], memory["rate_mismatch"] = state, rate, mismatch
         memory["fault_torque"], memory["vibration"] = fault, vibration
-        memory["vibration_torque"] = pull - cross(rate, swing @ self._coupling)
+        memory["vibration_torque"] = pull
         memory["observer_fresh"] = np.zeros_like(fresh)
         return self.estimate
 

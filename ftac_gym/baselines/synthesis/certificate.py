@@ -84,12 +84,12 @@ def certificate(
     if np.linalg.eigvalsh(weight)[0] > 0.0 and np.linalg.eigvalsh(falls)[:, -1].max() < 0.0:
         pushed = weight @ driven
         gamma = float(np.sqrt(np.linalg.eigvalsh(pushed.transpose(0, 2, 1) @ np.linalg.solve(-falls, pushed)).max()))
-    centre = 0.0 if disc is None else disc.centre
+    centre, found = 0.0 if disc is None else disc.centre, poles(moved)
     return Certificate(
         gamma=gamma,
         contraction=_contraction(moved - centre * np.eye(len(scale)), weight),
-        reach=np.abs(poles(moved) - centre).max(axis=1),
-        poles=poles(moved),
+        reach=np.abs(found - centre).max(axis=1),
+        poles=found,
         peak_gain=peak_gain(closed, inputs),
         disc=disc,
         lyapunov=lyapunov,

@@ -11,6 +11,7 @@ from ftac_gym import scenarios
 from ftac_gym.attitude import cross, quaternion_derivative, quaternion_error
 from ftac_gym.baselines.takagi_sugeno import GaussianSets, Membership, NearestRule, TakagiSugenoModel, TriangularSets
 from ftac_gym.parameters import FloatArray
+from ftac_gym.vibration import hub_torque
 
 MEMBERSHIPS: dict[str, Membership] = {
     "triangular sets": TriangularSets(),
@@ -41,10 +42,8 @@ class _Nonlinear:
 
     def pull(self, rate: FloatArray, vibration: FloatArray) -> FloatArray:
         """Return T_d (N, 3) [N m] for varpi (N, 2k)."""
-        motion = vibration[:, self.modes :] - rate @ self.coupling.T
-        force = self.damping * motion + self.stiffness * vibration[:, : self.modes]
-        pulled: FloatArray = force @ self.coupling - cross(rate, motion @ self.coupling)
-        return pulled
+        displacement, motion = vibration[:, : self.modes], vibration[:, self.modes :] - rate @ self.coupling.T
+        return hub_torque(self.stiffness, self.damping, self.coupling, displacement, motion, rate)
 
     def slopes(self, rate: FloatArray, torque: FloatArray, vibration: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return w' (N, 3) and varpi' (N, 2k)."""
