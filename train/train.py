@@ -1,97 +1,84 @@
-"""Train an agent with PPO: a residual on a baseline, or direct.
+"""Train an agent: PPO, RecurrentPPO, SAC or TQC; a residual on a baseline, a scheduler of its gains, or direct.
 
-Everything a run needs or makes lies in its folder: ``config.json``, checkpoints with normaliser, ``evaluations.csv``,
-TensorBoard logs, and in ``agent`` the best agent so far, judged by its mean return on fixed feasible episodes. A killed
-run goes on from its last checkpoint with ``--resume``.
+Hyperparameters come from train/configs/ALGO.yml, by environment id, in RL Baselines3 Zoo's format. Everything a run
+needs or makes lies in its folder: ``config.json``, checkpoints with normaliser, ``evaluations.csv``, TensorBoard logs,
+and in ``agent`` the best agent so far, judged by its mean return on fixed feasible episodes. A killed run goes on from
+its last checkpoint with ``--resume``.
 
 Examples
 --------
     python train/train.py --run-folder runs/residual
-    python train/train.py --run-folder runs/direct --base none --hold 1
+    python train/train.py --run-folder runs/five --seeds 5
+    python train/train.py --run-folder runs/direct --wrappers --hold 1
+    python train/train.py --run-folder runs/scheduler --wrappers "GainScheduling base=pd_dob"
+    python train/train.py --run-folder runs/memory --wrappers "ResidualPolicy base=pd_dob authority=2.0" \
+"ObservationHistory steps=4 stride=5" --critic-sees-faults
+    python train/train.py --run-folder runs/sac --algo sac --hyperparameters learning_rate=3e-4 buffer_size=200000
     python train/train.py --run-folder runs/residual --resume
 """
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import json
-import math
-import re
-import shutil
+import shlex
 import subprocess
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 import gymnasium as gym
 import torch
 import tyro
-from stable_baselines3 import PPO
-from stable_baselines3.common.callbacks import BaseCallback, CallbackList, ProgressBarCallback
-from stable_baselines3.common.utils import LinearSchedule
-from stable_baselines3.common.vec_env import VecNormalize
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.callbacks import CallbackList, ProgressBarCallback
+from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 import ftac_gym
-from ftac_gym import baselines
-from ftac_gym.evaluation.agent import CARD_FILE, MODEL_FILE, NORMALIZER_FILE, Agent, Interface
-from ftac_gym.evaluation.metrics import summarize
-from ftac_gym.evaluation.rollout import rollout
+from ftac_gym.evaluation.agent import CARD_FILE, MODEL_FILE, NORMALIZER_FILE, Interface, load_model
+from ftac_gym.training.algorithms import build
+from ftac_gym.training.keeper import EVALUATIONS_FILE, Keeper, Schedule, checkpoints
+from ftac_gym.training.recipe import Recipe, parse_values, parse_words, read_recipe, written_out
 from ftac_gym.wrappers import SB3VecEnv
 
-
-@dataclass(frozen=True)
-class PPOSettings:
-    """Hyperparameters of PPO, in Stable-Baselines3's words."""
-
-    learning_rate: float = 5e-4
-    n_steps: int = 120
-    batch_size: int = 15360
-    n_epochs: int = 10
-    gamma: float = 0.99
-    gae_lambda: float = 0.95
-    clip_range: float = 0.2
-    ent_coef: float = 0.0
-    vf_coef: float = 0.5
-    max_grad_norm: float = 0.5
-    use_sde: bool = False
-    sde_sample_freq: int = 16
+CONFIGS = Path(__file__).parent / "configs"
 
 
 @dataclass(frozen=True)
 class Config:
-    """A training run."""
+    """A training run. What is None comes from the file of hyperparameters."""
 
     run_folder: Path = Path("runs/flagship_residual")
-    """Where everything goes."""
+    """Where everything goes; with several seeds, a folder seed_K in it for each."""
     env_id: str = "SpacecraftFTC-v0"
     """Environment id."""
-    observation: Literal["attitude", "telemetry", "oracle"] = "attitude"
+    algo: Literal["ppo", "recurrent_ppo", "sac", "tqc"] = "ppo"
+    """Algorithm."""
+    observation: Literal["attitude", "telemetry", "oracle"] | None = None
     """Information tier."""
-    base: str = "pd_dob"
-    """Baseline that the agent corrects; "none" trains a direct policy."""
-    authority: float = 2.0
-    """Authority of the residual."""
-    fade_angle: float = 0.17
-    """Pointing error [rad] below which the authority shrinks; zero never shrinks it."""
-    fade_floor: float = 0.0
-    """Share of the authority that is always kept."""
-    hold: int = 5
+    wrappers: tuple[str, ...] | None = None
+    """Wrappers, innermost first, each as "NAME ARGUMENT=VALUE ..." (see ftac_gym.wrappers); none given: direct."""
+    hold: int | None = None
     """Control periods for which the agent holds each action."""
-    total_steps: int = 3_000_000
+    critic_sees_faults: bool = False
+    """Tell the critic, and it alone, what the faults really do (ppo only)."""
+    hyperparameters: tuple[str, ...] = ()
+    """Changes to the hyperparameters, as NAME=VALUE; policy_kwargs.NAME=VALUE reaches the policy's."""
+    total_steps: int | None = None
     """Decisions of the agent, over all craft; each takes \"hold\" steps of the environment."""
-    num_envs: int = 512
+    num_envs: int | None = None
     """Craft in parallel."""
-    layers: tuple[int, ...] = (64, 64)
-    """Hidden layers of the policy and of the value network."""
-    log_std_init: float = -0.5
-    """Logarithm of the initial standard deviation of the action."""
-    critic_warmup: int = 5
-    """Rollouts at the start in which only the value network learns: a base is easily unlearned by a blind critic."""
-    anneal: bool = True
-    """Let the learning rate fall to zero over the run."""
+    critic_warmup: int = 300_000
+    """Decisions at the start in which an on-policy agent's critic alone learns: a base is easily unlearned by a blind
+    critic. Off-policy algorithms have learning_starts, during which they fly the base with a little noise."""
+    severity_start: float = 1.0
+    """Severity of the faults at the start, in [0, 1]; it rises evenly to one."""
+    severity_steps: int = 1_000_000
+    """Decisions after which the severity is one."""
     seed: int = 0
     """Seed of everything."""
+    seeds: int = 1
+    """Train so many agents, with this seed and those that follow."""
     torch_threads: int = 2
     """Threads of PyTorch."""
     evaluate_every: int = 250_000
@@ -104,76 +91,82 @@ class Config:
     """Steps between checkpoints."""
     resume: bool = False
     """Go on from the last checkpoint in the run folder."""
-    ppo: PPOSettings = field(default_factory=PPOSettings)
-    """Hyperparameters of PPO."""
 
     @property
-    def interface(self) -> Interface:
-        """What surrounds the policy network."""
-        base = None if self.base == "none" else self.base
-        # The gains are written down: an agent must not change when the defaults of its base do.
-        gains = {} if base is None else baselines.defaults(base)
-        return Interface(self.observation, base, self.authority, self.fade_angle, self.fade_floor, self.hold, gains)
+    def recipe(self) -> Recipe:
+        """What to train: the file's entry, with what was given."""
+        changes = parse_values(self.hyperparameters, "hyperparameters")
+        recipe = read_recipe(CONFIGS / f"{self.algo}.yml", self.env_id, changes)
+        usual = recipe.interface
+        interface = Interface(
+            self.observation or usual.observation,
+            usual.wrappers if self.wrappers is None else parse_words(self.wrappers),
+            self.hold or usual.hold,
+            self.critic_sees_faults,
+        )
+        return dataclasses.replace(
+            recipe,
+            interface=written_out(interface),
+            n_timesteps=self.total_steps or recipe.n_timesteps,
+            n_envs=self.num_envs or recipe.n_envs,
+        )
+
+    @property
+    def schedule(self) -> Schedule:
+        """When to do what."""
+        return Schedule(
+            self.evaluate_every, self.checkpoint_every, self.evaluation_episodes, self.evaluation_seed,
+            self.critic_warmup, self.severity_start, self.severity_steps,
+        )  # fmt: skip
 
 
-def make_env(config: Config) -> SB3VecEnv:
-    """Build the training environment."""
-    env = gym.make_vec(
-        config.env_id, num_envs=config.num_envs, observation=config.observation, autoreset_mode="SameStep"
+def make_env(config: Config, recipe: Recipe) -> tuple[SB3VecEnv, int]:
+    """Return the training environment, and how many entries of its observation the actor may see."""
+    interface = recipe.interface
+    native = gym.make_vec(
+        config.env_id, num_envs=recipe.n_envs, observation=interface.observation, autoreset_mode="SameStep"
     )
-    return SB3VecEnv(config.interface.wrap(env), config.hold)
+    single = interface.wrap(gym.make(config.env_id, observation=interface.observation))
+    return SB3VecEnv(interface.wrap_for_training(native), interface.hold), single.observation_space.shape[0]
 
 
-def save_agent(folder: Path, model: PPO, config: Config) -> None:
-    """Write model, normaliser and card; a folder appears whole or not at all."""
-    partial = folder.with_name(folder.name + ".partial")
-    shutil.rmtree(partial, ignore_errors=True)
-    partial.mkdir(parents=True)
-    model.save(partial / MODEL_FILE)
-    normalizer = model.get_vec_normalize_env()
-    if normalizer is not None:
-        normalizer.save(str(partial / NORMALIZER_FILE))
-    (partial / CARD_FILE).write_text(json.dumps(card(model, config), indent=2) + "\n")
-    shutil.rmtree(folder, ignore_errors=True)
-    partial.rename(folder)
-
-
-def card(model: PPO, config: Config) -> dict[str, Any]:
+def card(config: Config, recipe: Recipe, steps: int, seconds: float) -> dict[str, Any]:
     """Return what a reader needs to know of an agent."""
     return {
-        "interface": dataclasses.asdict(config.interface),
+        "interface": dataclasses.asdict(recipe.interface),
+        "normalized": recipe.normalize,
         "environment": config.env_id,
+        "algorithm": config.algo,
         "command": command(config),
         "seed": config.seed,
         "commit": COMMIT,
-        "steps": model.num_timesteps,
+        "steps": steps,
+        "training_seconds": round(seconds),
         "ftac_gym": ftac_gym.__version__,
     }
 
 
 def command(config: Config) -> str:
     """Return the command line that makes a configuration."""
-    default = Config()
-    words = ["python train/train.py"]
-    for prefix, values, usual in (("", config, default), ("ppo.", config.ppo, default.ppo)):
-        for item in dataclasses.fields(values):
-            value = getattr(values, item.name)
-            if item.name in ("resume", "ppo") or value == getattr(usual, item.name):
-                continue
-            name = item.name.replace("_", "-")
-            if isinstance(value, bool):
-                words.append(f"--{prefix}{name}" if value else f"--{prefix}no-{name}")
-            else:
-                words.append(f"--{prefix}{name} {' '.join(map(str, value)) if isinstance(value, tuple) else value}")
-    return " ".join(words)
+    words, default = ["python", "train/train.py"], Config()
+    for item in dataclasses.fields(config):
+        value = getattr(config, item.name)
+        if item.name in ("resume", "seeds") or value == getattr(default, item.name):
+            continue
+        flag = "--" + item.name.replace("_", "-")
+        if isinstance(value, bool):
+            words.append(flag)
+        else:
+            words += [flag, *(map(str, value) if isinstance(value, tuple) else [str(value)])]
+    return shlex.join(words)
 
 
 def commit() -> str:
     """Return the git commit of the code, marked if the tree has changes; "unknown" outside a checkout."""
     try:
-        command = ["git", "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]
+        words = ["git", "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]
         return subprocess.run(
-            command, capture_output=True, text=True, check=True, cwd=Path(__file__).parent
+            words, capture_output=True, text=True, check=True, cwd=Path(__file__).parent
         ).stdout.strip()
     except (OSError, subprocess.CalledProcessError):
         return "unknown"
@@ -183,153 +176,95 @@ COMMIT = commit()
 """Read when the run starts: the tree may move on while it trains."""
 
 
-class Keeper(BaseCallback):
-    """Checkpoints and evaluates at fixed numbers of steps, and keeps the best agent so far."""
-
-    def __init__(self, config: Config) -> None:
-        super().__init__()
-        self._config = config
-        self._next_checkpoint = config.checkpoint_every
-        self._next_evaluation = config.evaluate_every
-        self._best = -float("inf")
-
-    def _on_training_start(self) -> None:
-        config, steps = self._config, self.model.num_timesteps
-        self._next_checkpoint = (steps // config.checkpoint_every + 1) * config.checkpoint_every
-        self._next_evaluation = (steps // config.evaluate_every + 1) * config.evaluate_every
-        known = (row["mean_return"] for row in evaluations(config.run_folder))
-        self._best = max((value for value in known if not math.isnan(value)), default=-float("inf"))
-
-    def _on_rollout_start(self) -> None:
-        config, steps = self._config, self.model.num_timesteps
-        warming = steps < config.critic_warmup * config.num_envs * config.ppo.n_steps
-        policy = self._ppo.policy
-        for part in (policy.mlp_extractor.policy_net, policy.action_net):
-            part.requires_grad_(not warming)
-        policy.log_std.requires_grad_(not warming)
-        # Between rollouts the model is consistent: a resumed run starts where a rollout would.
-        if steps >= self._next_evaluation:
-            self._next_evaluation += config.evaluate_every
-            self._evaluate(steps)
-        if steps >= self._next_checkpoint:
-            self._next_checkpoint += config.checkpoint_every
-            self._checkpoint(steps)
-
-    def _on_training_end(self) -> None:
-        self._evaluate(self.model.num_timesteps)
-        self._checkpoint(self.model.num_timesteps)
-
-    @property
-    def _ppo(self) -> PPO:
-        assert isinstance(self.model, PPO)
-        return self.model
-
-    def _checkpoint(self, steps: int) -> None:
-        save_agent(self._config.run_folder / "checkpoints" / f"{steps:010d}", self._ppo, self._config)
-
-    def _evaluate(self, steps: int) -> None:
-        config = self._config
-        scenario = gym.spec(config.env_id).kwargs["default_scenario"]
-        agent = Agent(self.model, self.model.get_vec_normalize_env(), config.interface)
-        history = rollout(scenario, agent, seed=config.evaluation_seed, count=config.evaluation_episodes)
-        feasible = history.episodes.feasible
-        metrics = {name: values[feasible] for name, values in history.metrics().items()}
-        row = {"steps": steps, "mean_return": float(metrics["return"].mean()), **summarize(metrics)}
-        for name, value in row.items():
-            if name != "steps":
-                self.logger.record(f"evaluation/{name}", value)
-        # The first agent is kept whatever it is worth, even if no evaluation episode was feasible.
-        if row["mean_return"] > self._best or not (config.run_folder / "agent").exists():
-            self._best = max(self._best, row["mean_return"])
-            save_agent(config.run_folder / "agent", self._ppo, config)
-        path = config.run_folder / "evaluations.csv"
-        new = not path.exists()
-        with path.open("a", newline="") as file:
-            writer = csv.DictWriter(file, fieldnames=list(row))
-            if new:
-                writer.writeheader()
-            writer.writerow(row)
-
-    def _on_step(self) -> bool:
-        return True
-
-
-def evaluations(folder: Path) -> list[dict[str, float]]:
-    """Return the evaluations of a run, oldest first."""
-    path = folder / "evaluations.csv"
-    if not path.exists():
-        return []
-    with path.open() as file:
-        return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
-
-
-def checkpoints(folder: Path) -> list[Path]:
-    """Return the complete checkpoints of a run, oldest first."""
-    return sorted(path for path in (folder / "checkpoints").glob("*") if re.fullmatch(r"\d{10}", path.name))
-
-
 def resumed(config: Config) -> Config:
     """Return the configuration that a run was started with; only its length may be changed."""
     path = config.run_folder / "config.json"
     if not path.exists() or not checkpoints(config.run_folder):
         raise SystemExit(f"--resume: no checkpoint under {config.run_folder}; start the run without --resume")
-    data = json.loads(path.read_text())
-    saved = Config(**{
-        **data,
-        "run_folder": config.run_folder,
-        "layers": tuple(data["layers"]),
-        "ppo": PPOSettings(**data["ppo"]),
-        "resume": True,
-    })  # fmt: skip
+    data = {name: tuple(value) if isinstance(value, list) else value for name, value in json.loads(path.read_text()).items()}
+    saved = Config(**{**data, "run_folder": config.run_folder, "resume": True})
     default = Config()
     for item in dataclasses.fields(config):
         given = getattr(config, item.name)
-        if item.name in ("run_folder", "resume", "total_steps") or given == getattr(default, item.name):
+        if item.name in ("run_folder", "resume", "total_steps", "seeds") or given == getattr(default, item.name):
             continue
         if given != getattr(saved, item.name):
             flag = item.name.replace("_", "-")
             raise SystemExit(f"--resume: the run was started with --{flag} {getattr(saved, item.name)}, got {given}")
-    if config.total_steps != default.total_steps:
+    if config.total_steps is not None:
         saved = dataclasses.replace(saved, total_steps=config.total_steps)
     return saved
 
 
-def main(config: Config) -> None:
-    """Train."""
+def restored(config: Config, recipe: Recipe, env: SB3VecEnv) -> tuple[BaseAlgorithm, float]:
+    """Return the model of the last checkpoint, with its normaliser, and its seconds of training."""
+    checkpoint = checkpoints(config.run_folder)[-1]
+    path, around = checkpoint / NORMALIZER_FILE, env
+    wrapped: VecEnv = around
+    if recipe.normalize:
+        if not path.is_file():
+            raise SystemExit(f"--resume: {checkpoint} has no {NORMALIZER_FILE}: resume from a whole checkpoint")
+        wrapped = VecNormalize.load(str(path), around)
+    schedules = {name: value for name, value in recipe.arguments().items() if callable(value)}
+    model = load_model(checkpoint / MODEL_FILE, wrapped, **schedules)
+    model.set_random_seed(config.seed + model.num_timesteps)
+    return model, float(json.loads((checkpoint / CARD_FILE).read_text())["training_seconds"])
+
+
+def train(config: Config) -> None:
+    """Train one agent."""
     if config.resume:
         config = resumed(config)
-    torch.set_num_threads(config.torch_threads)
     folder = config.run_folder
-    rate = config.ppo.learning_rate
-    schedule: Any = LinearSchedule(rate, 0.0, 1.0) if config.anneal else rate
-    settings = {**dataclasses.asdict(config.ppo), "learning_rate": schedule}
-    if config.resume:
-        checkpoint = checkpoints(folder)[-1]
-        env: Any = VecNormalize.load(str(checkpoint / NORMALIZER_FILE), make_env(config))
-        model = PPO.load(checkpoint / MODEL_FILE, env=env, device="cpu", custom_objects={"learning_rate": schedule})
-        model.set_random_seed(config.seed + model.num_timesteps)
-    else:
-        if checkpoints(folder):
-            raise SystemExit(f"{folder} holds a run already; choose another --run-folder, or --resume it")
-        # What a run leaves that was killed before its first checkpoint is worth nothing.
-        (folder / "evaluations.csv").unlink(missing_ok=True)
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / "config.json").write_text(json.dumps(dataclasses.asdict(config), indent=2, default=str) + "\n")
-        env = VecNormalize(make_env(config), gamma=config.ppo.gamma)
-        layers = list(config.layers)
-        policy = {"net_arch": {"pi": layers, "vf": layers}, "log_std_init": config.log_std_init}
-        model = PPO(
-            "MlpPolicy", env, policy_kwargs=policy, seed=config.seed, device="cpu",
-            tensorboard_log=str(folder / "tensorboard"), **settings,
-        )  # fmt: skip
+    try:
+        recipe = config.recipe
+        env, actor_size = make_env(config, recipe)
+        if config.resume:
+            model, seconds = restored(config, recipe, env)
+        else:
+            if checkpoints(folder):
+                raise SystemExit(f"{folder} holds a run already; choose another --run-folder, or --resume it")
+            wrapped: VecEnv = env
+            if recipe.normalize:
+                wrapped = VecNormalize(env, gamma=recipe.settings.get("gamma", 0.99))
+            model, seconds = build(config.algo, recipe, wrapped, actor_size, config.seed, folder / "tensorboard"), 0.0
+            # What a run leaves that was killed before its first checkpoint is worth nothing.
+            (folder / EVALUATIONS_FILE).unlink(missing_ok=True)
+            folder.mkdir(parents=True, exist_ok=True)
+            written = dataclasses.asdict(dataclasses.replace(config, seeds=1))
+            (folder / "config.json").write_text(json.dumps(written, indent=2, default=str) + "\n")
+    except (ValueError, gym.error.Error) as error:
+        raise SystemExit(f"--{error}") from None
+    around = model.get_env()
+    assert around is not None
     # Far apart for every run: Stable-Baselines3's own seeds would give neighbouring runs the same episodes.
-    env.seed(1_000_000_000 * (config.seed + 1) + model.num_timesteps)
-    remaining = config.total_steps - model.num_timesteps
+    around.seed(1_000_000_000 * (config.seed + 1) + model.num_timesteps)
+    remaining = recipe.n_timesteps - model.num_timesteps
     if remaining > 0:
-        callbacks = CallbackList([Keeper(config), ProgressBarCallback()])
-        model.learn(remaining, callback=callbacks, reset_num_timesteps=False, tb_log_name="ppo")
+        scenario = gym.spec(config.env_id).kwargs["default_scenario"]
+        keeper = Keeper(
+            folder, scenario, recipe.interface, config.schedule,
+            lambda steps, time: card(config, recipe, steps, time), seconds,
+        )  # fmt: skip
+        callbacks = CallbackList([keeper, ProgressBarCallback()])
+        model.learn(remaining, callback=callbacks, reset_num_timesteps=False, tb_log_name=config.algo)
     best = json.loads((folder / "agent" / CARD_FILE).read_text())
     print(f"the best agent on the evaluation episodes, after {best['steps']} steps, is in {folder / 'agent'}")
+
+
+def main(config: Config) -> None:
+    """Train all seeds, one after the other."""
+    if config.seeds < 1:
+        raise SystemExit(f"--seeds must be positive, got {config.seeds}")
+    torch.set_num_threads(config.torch_threads)
+    if config.seeds == 1:
+        train(config)
+        return
+    for seed in range(config.seed, config.seed + config.seeds):
+        folder = config.run_folder / f"seed_{seed}"
+        resume = config.resume and bool(checkpoints(folder))
+        print(f"seed {seed}, in {folder}")
+        train(dataclasses.replace(config, run_folder=folder, seed=seed, seeds=1, resume=resume))
 
 
 if __name__ == "__main__":

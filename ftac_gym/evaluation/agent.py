@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import pickle
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,20 +13,23 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import VectorEnv
 
+from ftac_gym import wrappers
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.parameters import require
-from ftac_gym.wrappers import ResidualPolicy
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
     from stable_baselines3.common.vec_env import VecNormalize
 
 SHIPPED = Path(__file__).parent.parent / "agents"
-"""Where the agents that come with the package lie, a folder each."""
+"""Where the agents that come with the package lie: a folder for each design, in it one for each training seed."""
 
 MODEL_FILE = "model.zip"
 NORMALIZER_FILE = "normalizer.pkl"
 CARD_FILE = "card.json"
+
+TRUTH = ("FaultEstimateObservation", {"source": "truth"})
+"""The wrapper that shows what the faults really do."""
 
 
 @dataclass(frozen=True)
@@ -37,36 +40,52 @@ class Interface:
     ----------
     observation
         Information tier.
-    base
-        Name of the baseline that the agent corrects; None for an agent that acts directly.
-    authority, fade_angle, fade_floor
-        Authority of the residual; see :class:`~ftac_gym.wrappers.ResidualPolicy`.
+    wrappers
+        Name in :mod:`ftac_gym.wrappers` and arguments of each wrapper, the innermost first.
     hold
         Control periods for which every action is held.
-    gains
-        Gains of the base.
+    critic_sees_faults
+        Whether the truth about the faults stands at the end of the observation, for the critic alone: the actor of
+        such a model does not look there (:mod:`ftac_gym.training.policies`), and it is zero when the agent flies.
+
+    Raises
+    ------
+    ValueError
+        If a wrapper is unknown.
     """
 
     observation: str = "attitude"
-    base: str | None = "pd_dob"
-    authority: float = 0.5
-    fade_angle: float = 0.0
-    fade_floor: float = 0.0
+    wrappers: tuple[tuple[str, dict[str, Any]], ...] = ()
     hold: int = 1
-    gains: dict[str, Any] = field(default_factory=dict)
+    critic_sees_faults: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the wrappers, which may come as lists from a file."""
+        object.__setattr__(self, "wrappers", tuple((name, dict(arguments)) for name, arguments in self.wrappers))
+        for name, _ in self.wrappers:
+            require(name in WRAPPERS, "wrappers", f"must be among {list(WRAPPERS)}", name)
+        require(isinstance(self.hold, int) and self.hold > 0, "hold", "must be a positive integer", self.hold)
+
+    @property
+    def information(self) -> str:
+        """The tier of what the actor knows: the observation's, or ``"oracle"`` if a wrapper tells it the truth."""
+        told = any(name == TRUTH[0] and arguments.get("source") == "truth" for name, arguments in self.wrappers)
+        return "oracle" if told else self.observation
 
     def wrap(self, env: Any) -> Any:
-        """Return the environment as the policy network sees it, single or vector."""
-        if self.base is None:
-            return env
-        return ResidualPolicy(
-            env,
-            base=self.base,
-            authority=self.authority,
-            fade_angle=self.fade_angle,
-            fade_floor=self.fade_floor,
-            **self.gains,
-        )
+        """Return the environment as the actor sees it, single or vector."""
+        for name, arguments in self.wrappers:
+            env = getattr(wrappers, name)(env, **arguments)
+        return env
+
+    def wrap_for_training(self, env: Any) -> Any:
+        """Return the environment as the model is trained on it: for a critic that sees the faults, with the truth."""
+        env = self.wrap(env)
+        return wrappers.FaultEstimateObservation(env, **TRUTH[1]) if self.critic_sees_faults else env
+
+
+WRAPPERS = ("FaultEstimateObservation", "GainScheduling", "ObservationHistory", "ResidualPolicy")
+"""Wrappers that an interface may be made of."""
 
 
 class Agent:
@@ -98,8 +117,13 @@ class Agent:
 
     @property
     def tier(self) -> str:
-        """The information tier of its observation."""
+        """The information tier of the observation that it is given."""
         return self.interface.observation
+
+    @property
+    def information(self) -> str:
+        """The tier of what it knows, wrappers included."""
+        return self.interface.information
 
     @classmethod
     def load(cls, path: str | Path) -> Agent:
@@ -114,7 +138,8 @@ class Agent:
         Raises
         ------
         ValueError
-            If there is no model.
+            If there is no model, the card is none of this version, or the card says that there is a normaliser and
+            there is none.
         ImportError
             If Stable-Baselines3 is not installed.
         """
@@ -122,18 +147,26 @@ class Agent:
         model_path = path / MODEL_FILE if path.is_dir() else path
         require(model_path.is_file(), "agent", "must be a folder with model.zip, or a zip file", str(path))
         card_path = model_path.with_name(CARD_FILE)
-        interface = Interface(base=None)
+        interface, normalized = Interface(), False
         if card_path.is_file():
-            interface = Interface(**json.loads(card_path.read_text())["interface"])
+            card = json.loads(card_path.read_text())
+            normalized = bool(card.get("normalized", False))
+            try:
+                interface = Interface(**card["interface"])
+            except (KeyError, TypeError) as error:
+                rule = f"must be of this version: {error}; train the agent again"
+                raise ValueError(f"agent: {card_path} {rule}") from None
         normalizer = None
         normalizer_path = model_path.with_name(NORMALIZER_FILE)
         if normalizer_path.is_file():
             with normalizer_path.open("rb") as file:
                 normalizer = pickle.load(file)
             normalizer.training = False
+        rule = f"must have {NORMALIZER_FILE} beside it, which its card speaks of: copy it from where it was trained"
+        require(normalizer is not None or not normalized, "agent", rule, str(model_path))
         parts = [item.read_bytes() for item in (model_path, card_path, normalizer_path) if item.is_file()]
         fingerprint = hashlib.sha256(b"".join(parts)).hexdigest()
-        return cls(_load_model(model_path), normalizer, interface, fingerprint)
+        return cls(load_model(model_path), normalizer, interface, fingerprint)
 
     def attach(self, env: SpacecraftFTCVectorEnv) -> VectorEnv[Any, Any, Any]:
         """Wrap a vector environment for this agent.
@@ -144,11 +177,21 @@ class Agent:
             If the agent's spaces do not fit the environment.
         """
         wrapped: VectorEnv[Any, Any, Any] = self.interface.wrap(env)
-        wanted, given = self.model.observation_space.shape, wrapped.single_observation_space.shape
-        require(wanted == given, "agent", f"must have been trained on the environment's observation {given}", wanted)
-        wanted, given = self.model.action_space.shape, wrapped.single_action_space.shape
-        require(wanted == given, "agent", f"must have been trained on the environment's action {given}", wanted)
+        given = wrapped.single_observation_space.shape or ()
+        wanted = self._visible
+        rule = f"must have been trained on observations of {given[0]} entries, as {env.scenario.name} gives in the "
+        rule += f"{self.tier} tier: fly it on the scenario of its card, or train one for this"
+        require(given == (wanted,), "agent", rule, wanted)
+        wanted_action, given_action = self.model.action_space.shape, wrapped.single_action_space.shape
+        rule = f"must have been trained for actions {given_action}, as {env.scenario.name} takes"
+        require(wanted_action == given_action, "agent", rule, wanted_action)
         return wrapped
+
+    @property
+    def _visible(self) -> int:
+        """How many entries of the observation the actor sees: all, unless the critic is told more."""
+        whole = (self.model.observation_space.shape or (0,))[0]
+        return int(getattr(self.model.policy, "actor_size", whole))
 
     def predict(
         self,
@@ -159,29 +202,59 @@ class Agent:
     ) -> tuple[npt.NDArray[Any], Any]:
         """Return the action for raw observations (N, size), as Stable-Baselines3's ``predict`` does.
 
-        The state carries, for every craft, the control periods until the next decision, and the action held.
+        The state carries, for every craft, the control periods until the next decision, the action held, whether an
+        episode has started since the last decision, and the memory of a recurrent network.
         """
         count = len(observation)
-        waiting, held = state if state is not None else (np.zeros(count, dtype=np.int64), None)
-        if episode_start is not None:
-            waiting = np.where(episode_start, 0, waiting)
-        due = waiting == 0
+        fresh = np.zeros(count, dtype=np.bool_) if episode_start is None else np.asarray(episode_start, dtype=np.bool_)
+        waiting, held, memory = state if state is not None else (np.zeros(count, dtype=np.int64), None, None)
+        due = (waiting == 0) | fresh
         if held is None or due.any():
+            # What the critic alone sees is zero in flight: the actor does not look there.
+            unseen = (self.model.observation_space.shape or (0,))[0] - self._visible
+            observation = np.pad(observation, ((0, 0), (0, unseen)))
             if self.normalizer is not None:
                 observation = np.asarray(self.normalizer.normalize_obs(observation))
-            decided, _ = self.model.predict(observation, deterministic=deterministic)
+            decided, thought = self.model.predict(observation, memory, fresh, deterministic)
             held = decided if held is None else np.where(due[:, None], decided, held)
-        return held, (np.where(due, self.interface.hold, waiting) - 1, held)
+            memory = _chosen(due, thought, memory)
+        return held, (np.where(due, self.interface.hold, waiting) - 1, held, memory)
 
 
-def _load_model(path: Path) -> BaseAlgorithm:
-    """Load a model of any algorithm of Stable-Baselines3; the policy in the file tells which."""
+def _chosen(due: npt.NDArray[np.bool_], new: Any, old: Any) -> Any:
+    """Return the memory (layers, N, size) of a recurrent network: the new one of the craft that have decided."""
+    if new is None or old is None or due.all():
+        return new
+    return tuple(np.where(due[None, :, None], after, before) for after, before in zip(new, old, strict=True))
+
+
+def load_model(path: Path, env: Any = None, **changes: Any) -> BaseAlgorithm:
+    """Load a model of any algorithm that agents are trained with; the file tells which.
+
+    Parameters
+    ----------
+    path
+        The zip file.
+    env
+        Environment to train on further, or None.
+    **changes
+        Objects to use instead of those in the file.
+
+    Raises
+    ------
+    ImportError
+        If the model is of sb3-contrib, which is not installed.
+    """
     import stable_baselines3 as sb3
     from stable_baselines3.common.save_util import load_from_zip_file
 
     data, _, _ = load_from_zip_file(path, device="cpu")
-    policy = data["policy_class"].__module__ if data is not None else ""
+    module = data["policy_class"].__module__ if data is not None else ""
     kinds: dict[str, type[BaseAlgorithm]] = {"sac": sb3.SAC, "td3": sb3.TD3, "dqn": sb3.DQN}
+    if module.startswith("sb3_contrib"):
+        import sb3_contrib
+
+        kinds |= {"tqc": sb3_contrib.TQC, "recurrent": sb3_contrib.RecurrentPPO}
     # PPO and A2C share their policies; for prediction it does not matter which of them trained.
-    algorithm = next((kind for name, kind in kinds.items() if f".{name}." in policy), sb3.PPO)
-    return algorithm.load(path, device="cpu")
+    algorithm = next((kind for name, kind in kinds.items() if f".{name}." in module), sb3.PPO)
+    return algorithm.load(path, env=env, device="cpu", custom_objects=changes or None)

@@ -1,0 +1,132 @@
+"""Models of the four algorithms, set up so that an agent on a base starts as its base."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from stable_baselines3 import PPO, SAC
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
+from stable_baselines3.common.vec_env import VecEnv
+
+from ftac_gym.evaluation.agent import Interface
+from ftac_gym.parameters import require
+from ftac_gym.training.policies import PrivilegedCriticPolicy
+from ftac_gym.training.recipe import ALGORITHMS, Recipe
+
+BASE_NOISE = 0.1
+"""Standard deviation of the actions with which an off-policy agent collects data about its base."""
+
+
+def build(
+    algorithm: str, recipe: Recipe, env: VecEnv, actor_size: int, seed: int, log_folder: Path | None = None
+) -> BaseAlgorithm:
+    """Return a model that has not learned yet; one that corrects or schedules a base starts as its base.
+
+    Parameters
+    ----------
+    algorithm
+        One of :data:`ALGORITHMS`.
+    recipe
+        How to train.
+    env
+        The environment, as the interface's ``wrap_for_training`` has it.
+    actor_size
+        How many entries of its observation the actor may see.
+    seed
+        Seed of network and exploration.
+    log_folder
+        Where TensorBoard logs go.
+
+    Raises
+    ------
+    ValueError
+        If the algorithm is unknown, or its critic shall see the faults and it is not PPO.
+    ImportError
+        If it is of sb3-contrib, which is not installed.
+    """
+    require(algorithm in ALGORITHMS, "algo", f"must be one of {list(ALGORITHMS)}", algorithm)
+    told = recipe.interface.critic_sees_faults
+    require(not told or algorithm == "ppo", "critic_sees_faults", "must go with ppo", algorithm)
+    policy_kwargs = dict(recipe.policy_kwargs)
+    policy: Any = recipe.policy
+    if told:
+        policy = PrivilegedCriticPolicy
+        policy_kwargs["actor_size"] = actor_size
+    kind = _kind(algorithm, on_base=has_base(recipe.interface))
+    model = kind(
+        policy, env, policy_kwargs=policy_kwargs, seed=seed, device="cpu",
+        tensorboard_log=None if log_folder is None else str(log_folder), **recipe.arguments(),
+    )  # fmt: skip
+    if has_base(recipe.interface):
+        start_as_base(model)
+    return model
+
+
+def has_base(interface: Interface) -> bool:
+    """Tell whether an agent acts through a base, whose own action is an action of zero."""
+    return any(name in ("ResidualPolicy", "GainScheduling") for name, _ in interface.wrappers)
+
+
+def _kind(algorithm: str, on_base: bool) -> type[BaseAlgorithm]:
+    if algorithm == "ppo":
+        return PPO
+    if algorithm == "sac":
+        return _BaseDataSAC if on_base else SAC
+    from sb3_contrib import TQC, RecurrentPPO
+
+    if algorithm == "recurrent_ppo":
+        return RecurrentPPO
+    if not on_base:
+        return TQC
+
+    class BaseDataTQC(_BaseData, TQC):  # type: ignore[misc]
+        """TQC that begins with data about its base."""
+
+    return BaseDataTQC
+
+
+class _BaseData:
+    """Until learning starts, fly the base with a little noise: uniform actions would teach the critic of tumbling."""
+
+    action_space: Any
+    num_timesteps: int
+
+    def _sample_action(
+        self, learning_starts: int, action_noise: Any = None, n_envs: int = 1
+    ) -> tuple[np.ndarray, np.ndarray]:
+        if self.num_timesteps >= learning_starts:
+            return super()._sample_action(learning_starts, action_noise, n_envs)  # type: ignore[misc,no-any-return]
+        noise = self.action_space.np_random.normal(0.0, BASE_NOISE, (n_envs, *self.action_space.shape))
+        action = np.clip(noise, -1.0, 1.0).astype(np.float32)
+        return action, action
+
+
+class _BaseDataSAC(_BaseData, SAC):
+    """SAC that begins with data about its base."""
+
+
+def start_as_base(model: BaseAlgorithm) -> None:
+    """Set the last layer of the actor to zero: its mean action is the base's, whatever it sees."""
+    policy: Any = model.policy
+    last = policy.action_net if isinstance(model, OnPolicyAlgorithm) else policy.actor.mu
+    with torch.no_grad():
+        last.weight.zero_()
+        last.bias.zero_()
+
+
+def let_actor_learn(model: BaseAlgorithm, learn: bool) -> None:
+    """Freeze or free the actor of an on-policy model; the critic always learns.
+
+    Stable-Baselines3 skips parameters without a gradient, which leaves the frozen ones bit for bit as they are.
+    """
+    policy: Any = model.policy
+    parts = [policy.action_net, policy.mlp_extractor.policy_net]
+    if hasattr(policy, "lstm_actor") and not policy.shared_lstm:
+        parts.append(policy.lstm_actor)
+    for part in parts:
+        part.requires_grad_(learn)
+    policy.log_std.requires_grad_(learn)
