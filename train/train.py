@@ -35,7 +35,9 @@ from stable_baselines3.common.callbacks import CallbackList, ProgressBarCallback
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 import ftac_gym
+from ftac_gym import scenarios
 from ftac_gym.evaluation.agent import CARD_FILE, MODEL_FILE, NORMALIZER_FILE, Interface, load_model
+from ftac_gym.parameters import require
 from ftac_gym.training.algorithms import build
 from ftac_gym.training.keeper import EVALUATIONS_FILE, Keeper, Schedule, checkpoints
 from ftac_gym.training.recipe import Recipe, parse_values, parse_words, read_recipe, written_out
@@ -64,6 +66,8 @@ class Config:
     """Tell the critic, and it alone, what the faults really do (ppo only)."""
     hyperparameters: tuple[str, ...] = ()
     """Changes to the hyperparameters, as NAME=VALUE; policy_kwargs.NAME=VALUE reaches the policy's."""
+    reward: tuple[str, ...] = ()
+    """Changes to the weights of the reward in training, as NAME=VALUE; evaluations keep the scenario's own."""
     total_steps: int | None = None
     """Decisions of the agent, over all craft; each takes \"hold\" steps of the environment."""
     num_envs: int | None = None
@@ -123,11 +127,21 @@ class Config:
 def make_env(config: Config, recipe: Recipe) -> tuple[SB3VecEnv, int]:
     """Return the training environment, and how many entries of its observation the actor may see."""
     interface = recipe.interface
-    native = gym.make_vec(
-        config.env_id, num_envs=recipe.n_envs, observation=interface.observation, autoreset_mode="SameStep"
-    )
-    single = interface.wrap(gym.make(config.env_id, observation=interface.observation))
+    usual = scenarios.get(scenario_of(config)).reward
+    weights = parse_values(config.reward, "reward")
+    known = [item.name for item in dataclasses.fields(usual)]
+    for name in weights:
+        require(name in known, "reward", f"must be among {known}", name)
+    arguments: dict[str, Any] = {"observation": interface.observation, "reward": dataclasses.replace(usual, **weights)}
+    native = gym.make_vec(config.env_id, num_envs=recipe.n_envs, autoreset_mode="SameStep", **arguments)
+    single = interface.wrap(gym.make(config.env_id, **arguments))
     return SB3VecEnv(interface.wrap_for_training(native), interface.hold), single.observation_space.shape[0]
+
+
+def scenario_of(config: Config) -> str:
+    """Return the name of the environment's scenario."""
+    name: str = gym.spec(config.env_id).kwargs["default_scenario"]
+    return name
 
 
 def card(config: Config, recipe: Recipe, steps: int, seconds: float) -> dict[str, Any]:
@@ -181,7 +195,8 @@ def resumed(config: Config) -> Config:
     path = config.run_folder / "config.json"
     if not path.exists() or not checkpoints(config.run_folder):
         raise SystemExit(f"--resume: no checkpoint under {config.run_folder}; start the run without --resume")
-    data = {name: tuple(value) if isinstance(value, list) else value for name, value in json.loads(path.read_text()).items()}
+    written = json.loads(path.read_text())
+    data: dict[str, Any] = {name: tuple(item) if isinstance(item, list) else item for name, item in written.items()}
     saved = Config(**{**data, "run_folder": config.run_folder, "resume": True})
     default = Config()
     for item in dataclasses.fields(config):
@@ -217,6 +232,8 @@ def train(config: Config) -> None:
         config = resumed(config)
     folder = config.run_folder
     try:
+        known = gym.spec(config.env_id).entry_point == "ftac_gym.envs:SpacecraftFTCEnv"
+        require(known, "env_id", "must be an environment of ftac_gym", config.env_id)
         recipe = config.recipe
         env, actor_size = make_env(config, recipe)
         if config.resume:
@@ -235,15 +252,16 @@ def train(config: Config) -> None:
             (folder / "config.json").write_text(json.dumps(written, indent=2, default=str) + "\n")
     except (ValueError, gym.error.Error) as error:
         raise SystemExit(f"--{error}") from None
+    except TypeError as error:  # an unknown hyperparameter
+        raise SystemExit(f"--hyperparameters: {error}") from None
     around = model.get_env()
     assert around is not None
     # Far apart for every run: Stable-Baselines3's own seeds would give neighbouring runs the same episodes.
     around.seed(1_000_000_000 * (config.seed + 1) + model.num_timesteps)
     remaining = recipe.n_timesteps - model.num_timesteps
     if remaining > 0:
-        scenario = gym.spec(config.env_id).kwargs["default_scenario"]
         keeper = Keeper(
-            folder, scenario, recipe.interface, config.schedule,
+            folder, scenario_of(config), recipe.interface, config.schedule,
             lambda steps, time: card(config, recipe, steps, time), seconds,
         )  # fmt: skip
         callbacks = CallbackList([keeper, ProgressBarCallback()])

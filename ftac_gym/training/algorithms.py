@@ -83,7 +83,7 @@ def _kind(algorithm: str, on_base: bool) -> type[BaseAlgorithm]:
     if not on_base:
         return TQC
 
-    class BaseDataTQC(_BaseData, TQC):  # type: ignore[misc]
+    class BaseDataTQC(_BaseData, TQC):
         """TQC that begins with data about its base."""
 
     return BaseDataTQC

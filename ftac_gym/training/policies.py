@@ -15,7 +15,9 @@ from ftac_gym.parameters import require
 class _TwoViews(nn.Module):
     """Hidden layers of an actor that sees the first entries, and of a critic that sees all."""
 
-    def __init__(self, features: int, actor_size: int, layers: dict[str, list[int]], activation: type[nn.Module]) -> None:
+    def __init__(
+        self, features: int, actor_size: int, layers: dict[str, list[int]], activation: type[nn.Module]
+    ) -> None:
         super().__init__()
         self._actor_size = actor_size
         self.policy_net = MlpExtractor(actor_size, {"pi": layers["pi"], "vf": []}, activation).policy_net

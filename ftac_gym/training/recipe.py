@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,6 +19,9 @@ from ftac_gym.parameters import require
 ALGORITHMS = ("ppo", "recurrent_ppo", "sac", "tqc")
 SCHEDULED = ("learning_rate", "clip_range")
 """Hyperparameters that may be ``lin_VALUE``: falling to zero over the run."""
+
+Wrappers = tuple[tuple[str, dict[str, Any]], ...]
+"""Name and arguments of each wrapper, the innermost first."""
 
 _PREFIX = "ftac_gym.wrappers."
 
@@ -82,8 +86,8 @@ def read_recipe(path: Path, environment_id: str, changes: Mapping[str, Any] | No
     require(environment_id in known or "default" in known, "env_id", rule, environment_id)
     entry: dict[str, Any] = merged(known.get(environment_id, known.get("default")), nested(changes or {}))
     for name in ("n_timesteps", "n_envs"):
-        value = float(entry.get(name, 0))
-        require(value >= 1.0 and value.is_integer(), name, "must be a positive integer", entry.get(name))
+        number = float(entry.get(name, 0))
+        require(number >= 1.0 and number.is_integer(), name, "must be a positive integer", entry.get(name))
     wrappers, hold = parse_wrappers(entry.pop("env_wrapper", None) or [])
     settings = {name: value for name, value in entry.items() if name not in Recipe.__dataclass_fields__}
     tier = settings.pop("env_kwargs", {}).get("observation", "attitude")
@@ -102,7 +106,7 @@ def read_recipe(path: Path, environment_id: str, changes: Mapping[str, Any] | No
     )
 
 
-def parse_wrappers(items: Sequence[Any] | Mapping[str, Any] | str) -> tuple[tuple[tuple[str, dict[str, Any]], ...], int]:
+def parse_wrappers(items: Sequence[Any] | Mapping[str, Any] | str) -> tuple[Wrappers, int]:
     """Return wrappers and hold that an ``env_wrapper`` entry says.
 
     Raises
@@ -118,7 +122,8 @@ def parse_wrappers(items: Sequence[Any] | Mapping[str, Any] | str) -> tuple[tupl
         if name == "ActionHold":
             hold *= arguments["steps"]
             continue
-        require(name in WRAPPERS, "env_wrapper", f"must be among {[*WRAPPERS, 'ActionHold']} of ftac_gym.wrappers", name)
+        rule = f"must be among {[*WRAPPERS, 'ActionHold']} of ftac_gym.wrappers"
+        require(name in WRAPPERS, "env_wrapper", rule, name)
         wrappers.append((name, dict(arguments)))
     return tuple(wrappers), hold
 
@@ -129,7 +134,7 @@ def written_out(interface: Interface) -> Interface:
     for name, arguments in interface.wrappers:
         if "base" in arguments or name in ("ResidualPolicy", "GainScheduling"):
             base = arguments.get("base", "pd_dob")
-            own = {"base", "authority", "fade_angle", "fade_floor", "ranges", "gains"}
+            own = {"base", "authority", "fade_angle", "fade_floor", "surprise", "ranges", "gains"}
             changes = {key: value for key, value in arguments.items() if key not in own}
             gains = merged(baselines.defaults(base), baselines.chosen(base, arguments.get("gains", "default"), changes))
             kept = {key: value for key, value in arguments.items() if key in own - {"gains"}}
@@ -138,7 +143,7 @@ def written_out(interface: Interface) -> Interface:
     return Interface(interface.observation, tuple(wrappers), interface.hold, interface.critic_sees_faults)
 
 
-def parse_words(words: Sequence[str]) -> tuple[tuple[str, dict[str, Any]], ...]:
+def parse_words(words: Sequence[str]) -> Wrappers:
     """Return the wrappers that words of a command line say: a name, then arguments as NAME=VALUE, in YAML.
 
     Raises
@@ -148,7 +153,14 @@ def parse_words(words: Sequence[str]) -> tuple[tuple[str, dict[str, Any]], ...]:
     """
     wrappers = []
     for word in words:
-        name, *arguments = word.split()
+        # Words that do not name an argument belong to the value before them: "ranges={rate_limit: [0.1, 0.2]}".
+        name, *rest = word.split()
+        arguments: list[str] = []
+        for part in rest:
+            if arguments and not re.match(r"\w+=", part):
+                arguments[-1] += f" {part}"
+            else:
+                arguments.append(part)
         wrappers.append((name, parse_values(arguments, "wrappers")))
     return tuple(wrappers)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,18 +17,58 @@ from gymnasium.vector.utils import batch_space
 from ftac_gym import baselines
 from ftac_gym.attitude import angle_between
 from ftac_gym.baselines import Baseline, as_action
+from ftac_gym.baselines.gyroscopic import GyroscopicModel
+from ftac_gym.baselines.memory import Memory
+from ftac_gym.baselines.observers.disturbance_observer import DisturbanceObserver
 from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, finite, non_negative, require
+from ftac_gym.parameters import FloatArray, finite, non_negative, positive, require
+from ftac_gym.scenario import Scenario
 
 Observation = npt.NDArray[np.float32]
 
 
+SURPRISE_BANDWIDTH = 4.5
+"""Bandwidth of what is expected of the torque on the body [rad/s]."""
+
+
 @dataclass(frozen=True)
 class Fade:
-    """How the authority shrinks near the target: in proportion to the error below ``angle`` [rad], to ``floor``."""
+    """How the authority shrinks near the target: in proportion to the error below ``angle`` [rad], to ``floor``.
+
+    A torque on the body that differs from what it was opens it all the same, fully at ``surprise`` [N m]; None never.
+    """
 
     angle: float
     floor: float
+    surprise: float | None = None
+
+
+class Surprise:
+    """How far the torque on the body, beyond model and commands, is from what it was of late.
+
+    Parameters
+    ----------
+    scenario
+        The task; its nominal parameters are the model.
+    num_craft
+        Number of craft N.
+    """
+
+    def __init__(self, scenario: Scenario, num_craft: int) -> None:
+        self._memory = Memory(num_craft)
+        gyroscopic = GyroscopicModel(scenario, telemetry=False)
+        self._observer = DisturbanceObserver(scenario, self._memory, SURPRISE_BANDWIDTH, gyroscopic)
+        self._share = 1.0 - math.exp(-SURPRISE_BANDWIDTH * scenario.control_period)
+        self.torque = np.zeros(num_craft)
+        """(N,) magnitude of the difference at the last measurement [N m]."""
+
+    def update(self, measurement: Measurement, mask: npt.NDArray[np.bool_]) -> None:
+        """Take in a measurement for the craft in the mask (N,); those at time zero start anew."""
+        self._memory.reset(mask & (measurement.time == 0.0))
+        before, expected = self._memory.copy(), self._observer.disturbance
+        change = (self._observer.update(measurement) - expected) / self._share
+        self._memory.restore(before, ~mask)
+        self.torque = np.where(mask, np.sqrt(np.einsum("ni,ni->n", change, change)), self.torque)
 
 
 class _Base:
@@ -44,6 +85,8 @@ class _Base:
         self._fade = fade
         self._authority = np.full((num_craft, 1), authority)
         self._env = inner
+        watching = fade is not None and fade.surprise is not None
+        self._surprise = Surprise(inner.scenario, num_craft) if watching else None
         self._limits = inner.scenario.spacecraft.wheels.torque_limits
         self.baseline: Baseline = baselines.make(base, inner.scenario, num_craft, **gains)
         blind = self.baseline.information != "oracle"
@@ -56,14 +99,17 @@ class _Base:
         if (measurement.time == 0.0).any():
             self.baseline.reset(measurement.time == 0.0)
         self.action = as_action(self.baseline.act(measurement), self._limits)
-        self._authority = self._authority_at(measurement)
+        self._authority = self._authority_at(measurement, np.ones(len(measurement), dtype=np.bool_))
 
-    def _authority_at(self, measurement: Measurement) -> FloatArray:
-        """Return the authority (N, 1) of the residual at a measurement."""
+    def _authority_at(self, measurement: Measurement, mask: npt.NDArray[np.bool_]) -> FloatArray:
+        """Return the authority (N, 1) of the residual at a measurement, which is new for the craft in the mask."""
         share = np.ones(len(measurement))
         if self._fade is not None:
             angle = np.atleast_1d(angle_between(measurement.attitude, measurement.reference_attitude))
             share = np.clip(angle / self._fade.angle, self._fade.floor, 1.0)
+            if self._surprise is not None and self._fade.surprise is not None:
+                self._surprise.update(measurement, mask)
+                share = np.maximum(share, np.minimum(self._surprise.torque / self._fade.surprise, 1.0))
         authority: FloatArray = self._full_authority * share[:, None]
         return authority
 
@@ -73,7 +119,7 @@ class _Base:
         measurement = self._env.measurement()
         command = self.baseline.act_only(measurement, mask)
         self.action = np.where(mask[:, None], as_action(command, self._limits), self.action)
-        self._authority = self._authority_at(measurement)
+        self._authority = self._authority_at(measurement, mask)
 
     def preview(self, measurement: Measurement) -> FloatArray:
         """Return the action for another measurement without moving on."""
@@ -86,10 +132,13 @@ class _Base:
         return total
 
 
-def _fade(angle: float, floor: float) -> Fade | None:
+def _fade(angle: float, floor: float, surprise: float | None) -> Fade | None:
     non_negative(angle, "fade_angle")
     require(0.0 <= floor <= 1.0, "fade_floor", "must be within [0, 1]", floor)
-    return Fade(angle, floor) if angle > 0.0 else None
+    if surprise is not None:
+        require(angle > 0.0, "fade_angle", "must be positive where a surprise opens the authority", angle)
+        positive(surprise, "surprise")
+    return Fade(angle, floor, surprise) if angle > 0.0 else None
 
 
 def _extended(space: spaces.Space[Any], wheels: int) -> Any:
@@ -119,6 +168,10 @@ class ResidualPolicy(gym.Wrapper[Observation, npt.NDArray[Any], Observation, npt
         is left to the base; zero never shrinks it.
     fade_floor
         Share of the authority that is always kept, in [0, 1].
+    surprise
+        Where the authority has shrunk, a sudden torque on the body [N m], beyond model and commands, opens it again for
+        a moment, in proportion and fully at this value: the agent can answer the onset of a fault, and noise in between
+        costs nothing. None never opens it.
     **gains
         Gains of the baseline.
 
@@ -142,13 +195,20 @@ class ResidualPolicy(gym.Wrapper[Observation, npt.NDArray[Any], Observation, npt
         authority: float = 0.5,
         fade_angle: float = 0.0,
         fade_floor: float = 0.0,
+        surprise: float | None = None,
         **gains: Any,
     ) -> None:
         RecordConstructorArgs.__init__(
-            self, base=base, authority=authority, fade_angle=fade_angle, fade_floor=fade_floor, **gains
+            self,
+            base=base,
+            authority=authority,
+            fade_angle=fade_angle,
+            fade_floor=fade_floor,
+            surprise=surprise,
+            **gains,
         )
         super().__init__(env)
-        self.base = _Base(env, 1, base, authority, _fade(fade_angle, fade_floor), gains)
+        self.base = _Base(env, 1, base, authority, _fade(fade_angle, fade_floor, surprise), gains)
         self.observation_space = _extended(env.observation_space, self.base.action.shape[1])
 
     def reset(
@@ -184,10 +244,11 @@ class VectorResidualPolicy(
         authority: float = 0.5,
         fade_angle: float = 0.0,
         fade_floor: float = 0.0,
+        surprise: float | None = None,
         **gains: Any,
     ) -> None:
         super().__init__(env)
-        self.base = _Base(env, env.num_envs, base, authority, _fade(fade_angle, fade_floor), gains)
+        self.base = _Base(env, env.num_envs, base, authority, _fade(fade_angle, fade_floor, surprise), gains)
         self.single_observation_space = _extended(env.single_observation_space, self.base.action.shape[1])
         self.observation_space = batch_space(self.single_observation_space, env.num_envs)
 

@@ -31,7 +31,8 @@ def test_the_card_tells_how_it_was_made(name):
     assert " /" not in card["command"]  # no path of the machine
     assert len(card["commit"]) >= 12
     assert "dirty" not in card["commit"]
-    assert card["interface"]["gains"], "the gains of the base are written down"
+    base = card["interface"]["wrappers"][0][1]
+    assert base.keys() >= {"base", "position_gain"}, "the gains of the base are written down"
 
 
 @every

@@ -4,6 +4,7 @@ import csv
 import importlib.util
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -15,7 +16,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from ftac_gym import scenarios
+from ftac_gym import baselines, scenarios
 from ftac_gym.evaluation import evaluate, rollout
 from ftac_gym.evaluation.agent import Agent
 from ftac_gym.evaluation.compare import TABLE_METRICS
@@ -25,8 +26,18 @@ from ftac_gym.scenarios import frozen
 SCRIPTS = Path(__file__).parents[2] / "train"
 SHORT = scenarios.get("flagship").replace(duration=3.0)
 # 8 craft and rollouts of 32 steps: 256 steps to a rollout.
+END = (
+    "--checkpoint-every",
+    "512",
+    "--evaluate-every",
+    "100000000",
+    "--evaluation-episodes",
+    "2",
+    "--torch-threads",
+    "1",
+)
 TINY = ("--critic-warmup", "0",
-    "--num-envs", "8", "--ppo.n-steps", "32", "--ppo.batch-size", "128", "--checkpoint-every", "512",
+    "--num-envs", "8", "--hyperparameters", "n_steps=32", "batch_size=128", "--checkpoint-every", "512",
     "--evaluate-every", "100000000", "--torch-threads", "1",
 )  # fmt: skip
 
@@ -64,7 +75,7 @@ def whole(tmp_path_factory):
 def resumed(tmp_path_factory):
     """A run that was killed after its first checkpoint, and resumed for 512 steps; its folder, and where it stood."""
     folder = tmp_path_factory.mktemp("resumed")
-    arguments = ("--run-folder", "run", "--base", "none", "--observation", "telemetry", *TINY)
+    arguments = ("--run-folder", "run", "--wrappers", "--observation", "telemetry", *TINY)
     process = subprocess.Popen(
         command("train.py", *arguments, "--total-steps", 100_000_000), cwd=folder,
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
@@ -99,7 +110,7 @@ def test_a_run_writes_checkpoints_and_an_agent(whole):
     assert files_of(checkpoints) == [f"{steps:010d}" for steps in (512, 1024, 1536, 2048)]
     assert all(files_of(path) == parts for path in checkpoints.iterdir())
     config = json.loads((whole / "config.json").read_text())
-    assert config["num_envs"] == 8 and config["ppo"]["n_steps"] == 32
+    assert config["num_envs"] == 8 and config["hyperparameters"] == ["n_steps=32", "batch_size=128"]
     assert list((whole / "tensorboard").rglob("events.out.tfevents.*"))
 
 
@@ -115,8 +126,12 @@ def test_evaluations_along_the_way(whole):
 def test_the_card_says_how_the_agent_was_made(whole):
     card = json.loads((whole / "agent" / "card.json").read_text())
     assert card["steps"] == 2048 and card["environment"] == "SpacecraftFTC-v0" and card["seed"] == 0
-    assert card["interface"].items() >= {"observation": "attitude", "base": "pd_dob"}.items()
-    for words in ("--num-envs 8", "--total-steps 2048", "--ppo.n-steps 32", "--ppo.batch-size 128"):
+    [(name, arguments)] = card["interface"]["wrappers"]
+    assert name == "ResidualPolicy" and arguments["base"] == "pd_dob" and card["interface"]["observation"] == "attitude"
+    # All gains of the base are written down.
+    assert arguments.items() >= baselines.defaults("pd_dob").items()
+    assert card["normalized"] and card["algorithm"] == "ppo" and card["training_seconds"] >= 0
+    for words in ("--num-envs 8", "--total-steps 2048", "--hyperparameters n_steps=32 batch_size=128"):
         assert words in card["command"]
     assert json.loads((whole / "checkpoints" / "0000000512" / "card.json").read_text())["steps"] == 512
 
@@ -125,7 +140,7 @@ def test_a_killed_run_goes_on_from_its_last_checkpoint(resumed):
     folder, last = resumed
     card = json.loads((folder / "agent" / "card.json").read_text())
     assert card["steps"] == last + 512
-    assert card["interface"]["base"] is None and card["interface"]["observation"] == "telemetry"
+    assert card["interface"]["wrappers"] == [] and card["interface"]["observation"] == "telemetry"
     before, after = Agent.load(folder / "checkpoints" / f"{last:010d}"), Agent.load(folder / "agent")
     assert (before.model.num_timesteps, after.model.num_timesteps) == (last, last + 512)
     # The statistics of the normaliser went on too, and the network learned.
@@ -153,11 +168,73 @@ def test_a_resumed_run_keeps_its_settings(resumed):
     train = module_of("train")
     folder, _ = resumed
     kept = train.resumed(train.Config(run_folder=folder, resume=True))
-    assert kept.base == "none" and kept.observation == "telemetry" and kept.ppo.n_steps == 32
+    assert kept.wrappers == () and kept.observation == "telemetry" and "n_steps=32" in kept.hyperparameters
     longer = train.resumed(train.Config(run_folder=folder, resume=True, total_steps=123))
     assert longer.total_steps == 123
     with pytest.raises(SystemExit, match="--resume: the run was started with --num-envs 8, got 9"):
         train.resumed(train.Config(run_folder=folder, resume=True, num_envs=9))
+
+
+@pytest.mark.parametrize("algorithm", ["recurrent_ppo", "sac", "tqc"])
+def test_every_algorithm_trains_resumes_and_flies(algorithm, tmp_path):
+    on_policy = algorithm == "recurrent_ppo"
+    settings = (
+        ("n_steps=16", "batch_size=64") if on_policy else ("buffer_size=2000", "learning_starts=64", "batch_size=64")
+    )
+    arguments = ("--run-folder", "run", "--algo", algorithm, "--num-envs", 8, "--hyperparameters", *settings, *END)
+    first = run("train.py", *arguments, "--total-steps", 256, folder=tmp_path)
+    assert first.returncode == 0, first.stderr
+    again = run("train.py", *arguments, "--total-steps", 512, "--resume", folder=tmp_path)
+    assert again.returncode == 0, again.stderr
+    agent = Agent.load(tmp_path / "run" / "agent")
+    assert type(agent.model).__name__.lower() == algorithm.replace("_", "")
+    episodes = SHORT.draw(1, 3)
+    history = rollout(SHORT, agent, episodes)
+    assert np.isfinite(history.command).all()
+    np.testing.assert_allclose(rollout(SHORT, agent, episodes[1]).command[:, 0], history.command[:, 1], atol=1e-5)
+
+
+def test_several_seeds(tmp_path):
+    arguments = (
+        "--run-folder",
+        "runs",
+        "--seeds",
+        2,
+        "--seed",
+        3,
+        "--total-steps",
+        256,
+        *TINY,
+        "--evaluation-episodes",
+        2,
+    )
+    result = run("train.py", *arguments, folder=tmp_path)
+    assert result.returncode == 0, result.stderr
+    agents = [tmp_path / "runs" / f"seed_{seed}" / "agent" for seed in (3, 4)]
+    assert [json.loads((path / "card.json").read_text())["seed"] for path in agents] == [3, 4]
+    assert "--seed 4" in json.loads((agents[1] / "card.json").read_text())["command"]
+    weights = [Agent.load(path).model.policy.state_dict()["mlp_extractor.value_net.0.weight"] for path in agents]
+    assert (weights[0] != weights[1]).any()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"wrappers": ("Residual",)}, r"--wrappers must be among .*'ResidualPolicy'.*got 'Residual'"),
+        ({"wrappers": ("ResidualPolicy base",)}, r"--wrappers must be words NAME=VALUE, got 'base'"),
+        ({"env_id": "CartPole-v1"}, r"--env_id must be an environment of ftac_gym, got 'CartPole-v1'"),
+        ({"algo": "sac", "critic_sees_faults": True}, r"--critic_sees_faults must go with ppo, got 'sac'"),
+        ({"hyperparameters": ("n_steps",)}, r"--hyperparameters must be words NAME=VALUE, got 'n_steps'"),
+        ({"hyperparameters": ("learning_rate=fast",)}, r"--learning_rate must be a number or lin_NUMBER, got 'fast'"),
+        ({"hyperparameters": ("n_step=32",)}, r"--hyperparameters: .*n_step"),
+        ({"seeds": 0}, r"--seeds must be positive, got 0"),
+    ],
+)  # fmt: skip
+def test_train_refuses(arguments, message, tmp_path):
+    train = module_of("train")
+    with pytest.raises(SystemExit, match=message):
+        train.main(train.Config(run_folder=tmp_path / "run", num_envs=2, **arguments))
+    assert not (tmp_path / "run").exists()
 
 
 @pytest.mark.parametrize("script", ["train", "evaluate", "tune"])
@@ -209,8 +286,20 @@ def test_what_is_no_agent(tmp_path, whole):
     with pytest.raises(ValueError, match=r"policy must be one of .* or the path of an agent"):
         rollout(SHORT, str(tmp_path / "missing"))
     env = gym.make_vec("SpacecraftFTC-v0", num_envs=2, observation="oracle")
-    with pytest.raises(ValueError, match="agent must have been trained on the environment's observation"):
+    with pytest.raises(
+        ValueError, match=r"agent must have been trained on observations of \d+ entries, as flagship gives"
+    ):
         Agent.load(whole / "agent").attach(env)
+    # A normaliser that the card speaks of must be there: without it the agent would fly, and badly.
+    bare = tmp_path / "bare"
+    shutil.copytree(whole / "agent", bare)
+    (bare / "normalizer.pkl").unlink()
+    with pytest.raises(ValueError, match=r"agent must have normalizer\.pkl beside it"):
+        Agent.load(bare)
+    card = json.loads((bare / "card.json").read_text())
+    (bare / "card.json").write_text(json.dumps({**card, "interface": {"base": "pd_dob"}}))
+    with pytest.raises(ValueError, match=r"card\.json must be of this version.*train the agent again"):
+        Agent.load(bare)
 
 
 # ------------------------------------------------------------------------------------------------------------ evaluate

@@ -70,13 +70,13 @@ class Counting:
     def __init__(self):
         self.asked = 0
 
-    def predict(self, observation, deterministic=True):
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
         self.asked += 1
         return np.full((len(observation), 4), float(self.asked)), None
 
 
 def test_an_agent_decides_once_per_hold_and_at_every_start():
-    agent = Agent(Counting(), None, Interface(base=None, hold=3))
+    agent = Agent(Counting(), None, Interface(hold=3))
     state, start = None, np.array([True, True])
     decided = []
     for step in range(9):
