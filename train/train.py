@@ -38,6 +38,7 @@ import ftac_gym
 from ftac_gym import scenarios
 from ftac_gym.evaluation.agent import CARD_FILE, MODEL_FILE, NORMALIZER_FILE, Interface, load_model
 from ftac_gym.parameters import require
+from ftac_gym.scenario import Scenario
 from ftac_gym.training.algorithms import build
 from ftac_gym.training.keeper import EVALUATIONS_FILE, Keeper, Schedule, checkpoints
 from ftac_gym.training.recipe import Recipe, parse_values, parse_words, read_recipe, written_out
@@ -66,8 +67,10 @@ class Config:
     """Tell the critic, and it alone, what the faults really do (ppo only)."""
     hyperparameters: tuple[str, ...] = ()
     """Changes to the hyperparameters, as NAME=VALUE; policy_kwargs.NAME=VALUE reaches the policy's."""
+    scenario: str | None = None
+    """Scenario to train on, by default the environment's, on which evaluations always are."""
     reward: tuple[str, ...] = ()
-    """Changes to the weights of the reward in training, as NAME=VALUE; evaluations keep the scenario's own."""
+    """Changes to the weights of the reward, as NAME=VALUE, in training and in the evaluations that pick the best."""
     total_steps: int | None = None
     """Decisions of the agent, over all craft; each takes \"hold\" steps of the environment."""
     num_envs: int | None = None
@@ -116,6 +119,11 @@ class Config:
         )
 
     @property
+    def task(self) -> Scenario:
+        """What the agent is for, and evaluated on."""
+        return with_reward(self, scenarios.get(gym.spec(self.env_id).kwargs["default_scenario"]))
+
+    @property
     def schedule(self) -> Schedule:
         """When to do what."""
         return Schedule(
@@ -127,21 +135,20 @@ class Config:
 def make_env(config: Config, recipe: Recipe) -> tuple[SB3VecEnv, int]:
     """Return the training environment, and how many entries of its observation the actor may see."""
     interface = recipe.interface
-    usual = scenarios.get(scenario_of(config)).reward
-    weights = parse_values(config.reward, "reward")
-    known = [item.name for item in dataclasses.fields(usual)]
-    for name in weights:
-        require(name in known, "reward", f"must be among {known}", name)
-    arguments: dict[str, Any] = {"observation": interface.observation, "reward": dataclasses.replace(usual, **weights)}
+    task = config.task if config.scenario is None else with_reward(config, scenarios.get(config.scenario))
+    arguments: dict[str, Any] = {"observation": interface.observation, "scenario": task}
     native = gym.make_vec(config.env_id, num_envs=recipe.n_envs, autoreset_mode="SameStep", **arguments)
     single = interface.wrap(gym.make(config.env_id, **arguments))
     return SB3VecEnv(interface.wrap_for_training(native), interface.hold), single.observation_space.shape[0]
 
 
-def scenario_of(config: Config) -> str:
-    """Return the name of the environment's scenario."""
-    name: str = gym.spec(config.env_id).kwargs["default_scenario"]
-    return name
+def with_reward(config: Config, scenario: Scenario) -> Scenario:
+    """Return a scenario with the weights of the reward that the run asks for."""
+    weights = parse_values(config.reward, "reward")
+    known = [item.name for item in dataclasses.fields(scenario.reward)]
+    for name in weights:
+        require(name in known, "reward", f"must be among {known}", name)
+    return scenario.replace(reward=dataclasses.replace(scenario.reward, **weights))
 
 
 def card(config: Config, recipe: Recipe, steps: int, seconds: float) -> dict[str, Any]:
@@ -261,7 +268,7 @@ def train(config: Config) -> None:
     remaining = recipe.n_timesteps - model.num_timesteps
     if remaining > 0:
         keeper = Keeper(
-            folder, scenario_of(config), recipe.interface, config.schedule,
+            folder, config.task, recipe.interface, config.schedule,
             lambda steps, time: card(config, recipe, steps, time), seconds,
         )  # fmt: skip
         callbacks = CallbackList([keeper, ProgressBarCallback()])

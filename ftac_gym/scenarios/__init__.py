@@ -8,7 +8,7 @@ from ftac_gym.parameters import require
 from ftac_gym.scenario import Scenario
 from ftac_gym.scenarios import chen_2018, li_2023, ma_2023, splits, zhang_zhou_2019
 from ftac_gym.scenarios.cao_2022 import cao_2022
-from ftac_gym.scenarios.flagship import flagship, flagship_tracking
+from ftac_gym.scenarios.flagship import flagship, flagship_pointing, flagship_tracking
 from ftac_gym.scenarios.flexible import flexible
 from ftac_gym.scenarios.shen_2019 import shen_2019
 from ftac_gym.scenarios.splits import SPLITS
@@ -20,6 +20,7 @@ _BUILDERS: dict[str, Callable[[], Scenario]] = {
     "flagship_double": splits.flagship_double,
     "flagship_plant": splits.flagship_plant,
     "flagship_hardware": splits.flagship_hardware,
+    "flagship_pointing": flagship_pointing,
     "flagship_tracking": flagship_tracking,
     "flexible": flexible,
     "shen_2019": shen_2019,

@@ -9,6 +9,7 @@ while, steadily or on and off. :mod:`ftac_gym.scenarios.splits` holds what the f
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from ftac_gym.disturbances import Disturbance, Harmonic
 from ftac_gym.faults import (
@@ -97,6 +98,18 @@ def flagship() -> Scenario:
         physics_step=0.02,
         duration=120.0,
         tumble_rate=0.5,
+    )
+
+
+def flagship_pointing() -> Scenario:
+    """Return a training ground for the flagship: on target from the start, while faults strike all the sooner."""
+    usual = faults()
+    kinds = tuple(replace(kind, onset=(2.0, 25.0)) for kind in usual.kinds)
+    return flagship().replace(
+        name="flagship_pointing",
+        initial_state=InitialState(angle=(0.0, 0.1 * DEGREE), max_rate=0.01 * DEGREE, wheel_momentum=(-1.0, 1.0)),
+        faults=replace(usual, kinds=kinds),
+        duration=40.0,
     )
 
 

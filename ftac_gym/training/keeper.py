@@ -20,6 +20,7 @@ from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from ftac_gym.evaluation.agent import CARD_FILE, MODEL_FILE, NORMALIZER_FILE, Agent, Interface
 from ftac_gym.evaluation.metrics import summarize
 from ftac_gym.evaluation.rollout import rollout
+from ftac_gym.scenario import Scenario
 from ftac_gym.training.algorithms import let_actor_learn
 
 EVALUATIONS_FILE = "evaluations.csv"
@@ -81,7 +82,7 @@ class Keeper(BaseCallback):
     folder
         Folder of the run.
     scenario
-        Name of the scenario of the evaluations.
+        Scenario of the evaluations.
     interface
         What surrounds the policy.
     schedule
@@ -95,7 +96,7 @@ class Keeper(BaseCallback):
     def __init__(
         self,
         folder: Path,
-        scenario: str,
+        scenario: Scenario,
         interface: Interface,
         schedule: Schedule,
         card: Callable[[int, float], dict[str, Any]],
