@@ -30,6 +30,9 @@ Observation = npt.NDArray[np.float32]
 SURPRISE_BANDWIDTH = 4.5
 """Bandwidth of what is expected of the torque on the body [rad/s]."""
 
+SURPRISE_ANGLE = 0.01
+"""Pointing error [rad] beyond which nothing is a surprise: a slew with an inertia that is not quite known is full of it."""
+
 
 @dataclass(frozen=True)
 class Fade:
@@ -109,7 +112,8 @@ class _Base:
             share = np.clip(angle / self._fade.angle, self._fade.floor, 1.0)
             if self._surprise is not None and self._fade.surprise is not None:
                 self._surprise.update(measurement, mask)
-                share = np.maximum(share, np.minimum(self._surprise.torque / self._fade.surprise, 1.0))
+                opened = np.minimum(self._surprise.torque / self._fade.surprise, 1.0)
+                share = np.where(angle < SURPRISE_ANGLE, np.maximum(share, opened), share)
         authority: FloatArray = self._full_authority * share[:, None]
         return authority
 
@@ -169,9 +173,9 @@ class ResidualPolicy(gym.Wrapper[Observation, npt.NDArray[Any], Observation, npt
     fade_floor
         Share of the authority that is always kept, in [0, 1].
     surprise
-        Where the authority has shrunk, a sudden torque on the body [N m], beyond model and commands, opens it again for
-        a moment, in proportion and fully at this value: the agent can answer the onset of a fault, and noise in between
-        costs nothing. None never opens it.
+        Near the target, where the authority has shrunk, a sudden torque on the body [N m], beyond model and commands,
+        opens it again for a moment, in proportion and fully at this value: the agent can answer the onset of a fault,
+        and noise in between costs nothing. None never opens it.
     **gains
         Gains of the baseline.
 
