@@ -57,10 +57,11 @@ def _variants(name: str, law: type[Baseline], observer: str, **gains: Any) -> di
 
 
 def _sampled(name: str, law: type[Baseline], observer: str, gains: Mapping[str, Any]) -> dict[str, _Entry]:
-    """Return a law for sampled craft under its name without an observer, and with one and with the truth."""
+    """Return a law for sampled craft without an observer, with one, with the wheels' telemetry, and with the truth."""
     return {
         name: _Entry(law),
         f"{name}_observer": _Entry(law, {"faults": observer, "observer": gains}),
+        f"{name}_telemetry": _Entry(law, {"faults": "tachometer"}),
         f"{name}_oracle": _Entry(law, {"faults": "oracle"}),
     }
 

@@ -51,7 +51,9 @@ class FaultSource:
 
     @property
     def information(self) -> str:
-        """The tier of information: oracle for the truth, else attitude."""
+        """The tier of information: oracle for the truth, else that of the observer, else attitude."""
+        if self._observer is not None:
+            return observers.information(self._kind)
         return "oracle" if self._kind == "oracle" else "attitude"
 
     @property

@@ -31,7 +31,7 @@ SURPRISE_BANDWIDTH = 4.5
 """Bandwidth of what is expected of the torque on the body [rad/s]."""
 
 SURPRISE_ANGLE = 0.01
-"""Pointing error [rad] beyond which nothing is a surprise: a slew with an inertia that is not quite known is full of it."""
+"""Pointing error [rad] beyond which nothing is a surprise: a slew with an uncertain inertia is full of them."""
 
 
 @dataclass(frozen=True)

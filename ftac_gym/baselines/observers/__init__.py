@@ -14,6 +14,7 @@ from ftac_gym.baselines.observers.fuzzy_observer import FuzzyObserver
 from ftac_gym.baselines.observers.iterative_learning_observer import IterativeLearningObserver
 from ftac_gym.baselines.observers.learning_observer import LearningObserver
 from ftac_gym.baselines.observers.sliding_mode_observer import SlidingModeObserver
+from ftac_gym.baselines.observers.tachometer import Tachometer
 from ftac_gym.baselines.search import SearchSpace
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, require
@@ -39,7 +40,13 @@ PRINTED_LEARNING: dict[str, Any] = {
 }
 """M, H1 and H2 of Table 1 of Cao et al. 2022."""
 
-_Kind = type[SlidingModeObserver] | type[LearningObserver] | type[FuzzyObserver] | type[IterativeLearningObserver]
+_Kind = (
+    type[SlidingModeObserver]
+    | type[LearningObserver]
+    | type[FuzzyObserver]
+    | type[IterativeLearningObserver]
+    | type[Tachometer]
+)
 
 _OBSERVERS: dict[str, tuple[_Kind, Mapping[str, Any]]] = {
     "asmo": (SlidingModeObserver, {}),
@@ -48,6 +55,7 @@ _OBSERVERS: dict[str, tuple[_Kind, Mapping[str, Any]]] = {
     "lo_corrected": (LearningObserver, {}),
     "fafeo": (FuzzyObserver, {}),
     "ilo_class": (IterativeLearningObserver, {}),
+    "tachometer": (Tachometer, {}),
 }
 
 OF_TORQUES = ("fafeo", "ilo_class")
@@ -86,6 +94,13 @@ def make(name: str, scenario: Scenario, memory: Memory, **gains: Any) -> FaultOb
         raise ValueError(f"gains of {name}: {error}") from None
 
 
+def information(name: str) -> str:
+    """Return the tier of information that a fault observer needs."""
+    require(name in _OBSERVERS, "observer", f"must be one of {names()}", name)
+    tier: str = getattr(_OBSERVERS[name][0], "information", "attitude")
+    return tier
+
+
 def search_space(name: str) -> SearchSpace:
     """Return where the gains of a fault observer may lie."""
     require(name in _OBSERVERS, "observer", f"must be one of {names()}", name)
@@ -99,6 +114,8 @@ __all__ = [
     "IterativeLearningObserver",
     "LearningObserver",
     "SlidingModeObserver",
+    "Tachometer",
+    "information",
     "make",
     "names",
     "search_space",

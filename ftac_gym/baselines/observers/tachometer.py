@@ -1,0 +1,58 @@
+"""The torque of each wheel from its own tachometer: what telemetry tells about faults without any observer theory."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from ftac_gym.baselines.estimate import FaultEstimate
+from ftac_gym.baselines.memory import Memory
+from ftac_gym.baselines.search import Range, SearchSpace
+from ftac_gym.measurement import Measurement
+from ftac_gym.parameters import FloatArray, positive
+from ftac_gym.scenario import Scenario
+
+
+class Tachometer:
+    """Uncommanded torque of each wheel from the change of its measured momentum.
+
+    Over a period T a wheel gave the body -(h_k - h_{k-1}) / T; what that is beyond the command u_{k-1} is low-passed:
+    a bias, a locked wheel's torque, friction, and the command that a weak wheel did not carry out. It needs the
+    telemetry tier. Momentum that leaves through the bearings is not seen apart, nor are torques on the body that are
+    no wheel's.
+
+    Parameters
+    ----------
+    scenario
+        The task.
+    memory
+        Where the state is kept.
+    bandwidth
+        Bandwidth of the low-pass [rad/s].
+    """
+
+    search_space: ClassVar[SearchSpace] = {"bandwidth": Range(0.5, 50.0, log=True)}
+    information: ClassVar[str] = "telemetry"
+
+    def __init__(self, scenario: Scenario, memory: Memory, bandwidth: float = 10.0) -> None:
+        self._gain = 1.0 - np.exp(-positive(bandwidth, "bandwidth") * scenario.control_period)
+        wheels = scenario.spacecraft.wheels.count
+        self._memory = memory
+        memory.add("wheel_bias", (wheels,))
+        memory.add("last_momentum", (wheels,))
+        memory.add("tachometer_fresh", (1,), initial=True)
+
+    @property
+    def estimate(self) -> FaultEstimate:
+        """The latest estimate."""
+        return FaultEstimate(bias=self._memory["wheel_bias"])
+
+    def update(self, measurement: Measurement, command: FloatArray, dt: float) -> FaultEstimate:
+        """Take in a measurement and the command (N, m) [N m] of the period dt [s] that ends with it."""
+        memory, momentum = self._memory, measurement.wheel_momentum
+        excess = (memory["last_momentum"] - momentum) / dt - command
+        change = np.where(memory["tachometer_fresh"], 0.0, excess - memory["wheel_bias"])
+        memory["wheel_bias"], memory["last_momentum"] = memory["wheel_bias"] + self._gain * change, momentum
+        memory["tachometer_fresh"] = np.zeros_like(memory["tachometer_fresh"])
+        return self.estimate
