@@ -119,11 +119,6 @@ class Config:
         )
 
     @property
-    def task(self) -> Scenario:
-        """What the agent is for, and evaluated on."""
-        return with_reward(self, scenarios.get(gym.spec(self.env_id).kwargs["default_scenario"]))
-
-    @property
     def schedule(self) -> Schedule:
         """When to do what."""
         return Schedule(
@@ -135,15 +130,16 @@ class Config:
 def make_env(config: Config, recipe: Recipe) -> tuple[SB3VecEnv, int]:
     """Return the training environment, and how many entries of its observation the actor may see."""
     interface = recipe.interface
-    task = config.task if config.scenario is None else with_reward(config, scenarios.get(config.scenario))
-    arguments: dict[str, Any] = {"observation": interface.observation, "scenario": task}
+    arguments: dict[str, Any] = {"observation": interface.observation, "scenario": training_scenario(config, recipe)}
     native = gym.make_vec(config.env_id, num_envs=recipe.n_envs, autoreset_mode="SameStep", **arguments)
     single = interface.wrap(gym.make(config.env_id, **arguments))
     return SB3VecEnv(interface.wrap_for_training(native), interface.hold), single.observation_space.shape[0]
 
 
-def with_reward(config: Config, scenario: Scenario) -> Scenario:
-    """Return a scenario with the weights of the reward that the run asks for."""
+def training_scenario(config: Config, recipe: Recipe) -> Scenario:
+    """Return the scenario to train on, with the weights of the reward that the run asks for."""
+    changes = dict(recipe.env_kwargs) if config.scenario is None else {**recipe.env_kwargs, "scenario": config.scenario}
+    scenario: Scenario = gym.make(config.env_id, **changes).unwrapped.scenario  # type: ignore[attr-defined]
     weights = parse_values(config.reward, "reward")
     known = [item.name for item in dataclasses.fields(scenario.reward)]
     for name in weights:
@@ -267,8 +263,11 @@ def train(config: Config) -> None:
     around.seed(1_000_000_000 * (config.seed + 1) + model.num_timesteps)
     remaining = recipe.n_timesteps - model.num_timesteps
     if remaining > 0:
+        # The task itself, whatever it is trained on, but for what counts as good.
+        reward = training_scenario(config, recipe).reward
+        task = scenarios.get(gym.spec(config.env_id).kwargs["default_scenario"]).replace(reward=reward)
         keeper = Keeper(
-            folder, config.task, recipe.interface, config.schedule,
+            folder, task, recipe.interface, config.schedule,
             lambda steps, time: card(config, recipe, steps, time), seconds,
         )  # fmt: skip
         callbacks = CallbackList([keeper, ProgressBarCallback()])

@@ -39,6 +39,8 @@ class Baseline(ABC):
     """Where a tuner looks for the gains of the law itself."""
     shares: ClassVar[Mapping[str, tuple[str, str]]] = {}
     """Gains that are searched as a share of another, which limits them: share: (gain, the gain that limits it)."""
+    schedulable: ClassVar[Mapping[str, tuple[float, float]]] = {}
+    """Gains that may change while the law runs, each with its usual bounds: see :meth:`schedule`."""
 
     def __init__(self, scenario: Scenario, num_craft: int = 1) -> None:
         require(isinstance(scenario, Scenario), "scenario", "must be a Scenario", scenario)
@@ -83,6 +85,37 @@ class Baseline(ABC):
         valid = chosen.shape == (self.num_craft,) and chosen.dtype == np.bool_
         require(valid, "mask", f"must be a boolean array of shape ({self.num_craft},)", mask)
         self.memory.reset(chosen)
+
+    def schedule(self, gains: Mapping[str, FloatArray]) -> None:
+        """Set gains for the coming calls of :meth:`act`, by craft; those that are left out are the law's own again.
+
+        They are an input, not a memory: a reset leaves them alone.
+
+        Parameters
+        ----------
+        gains
+            Values (N,) by the name of the gain, one of :attr:`schedulable`. Gains that are searched as a share of
+            another are scheduled so too: they follow what limits them.
+
+        Raises
+        ------
+        ValueError
+            If a gain is not schedulable, or its values are not N positive numbers.
+        """
+        columns = {}
+        for name, values in gains.items():
+            known = sorted(self.schedulable)
+            require(name in known, f"scheduled gain of {type(self).__name__}", f"must be among {known}", name)
+            array = np.asarray(values, dtype=np.float64)
+            valid = array.shape == (self.num_craft,) and bool(np.isfinite(array).all() and (array > 0.0).all())
+            require(valid, name, f"must be {self.num_craft} positive numbers", values)
+            columns[name] = array[:, None]
+        if self.schedulable:
+            self._schedule(columns)
+
+    def _schedule(self, gains: Mapping[str, FloatArray]) -> None:
+        """Use checked gains, each (N, 1): what a law with schedulable gains says."""
+        raise NotImplementedError(f"{type(self).__name__} must say how it uses its schedulable gains")
 
     def act_only(self, measurement: Measurement, mask: BoolArray) -> FloatArray:
         """Act for the craft in the mask (N,) alone: the memory of the others is kept, their rows mean nothing."""

@@ -10,13 +10,14 @@ from ftac_gym.baselines.surfaces import signed_power
 from ftac_gym.parameters import FloatArray, finite, non_negative, require, within
 
 
-def switching(variable: FloatArray, layer: float) -> FloatArray:
+def switching(variable: FloatArray, layer: float | FloatArray) -> FloatArray:
     """Return sign(s), or tanh(s / layer) if there is a boundary layer.
 
     The papers print the sign. Sampled, it chatters with an amplitude in proportion to the sampling time; a layer of
-    about the switching gain times that time ends it.
+    about the switching gain times that time ends it. A layer for each craft (N, 1) is positive.
     """
-    smooth: FloatArray = np.sign(variable) if layer == 0.0 else np.tanh(variable * (1.0 / layer))
+    sharp = not isinstance(layer, np.ndarray) and layer == 0.0
+    smooth: FloatArray = np.sign(variable) if sharp else np.tanh(variable * (1.0 / layer))
     return smooth
 
 
@@ -81,11 +82,21 @@ class ExponentialReaching:
 
     def __call__(self, variable: FloatArray) -> FloatArray:
         """Return the designed s' [rad/s^2] for s (N, 3) [rad/s]."""
+        return self.scheduled(variable, self.linear, self.switching, self.layer)
+
+    def scheduled(
+        self,
+        variable: FloatArray,
+        linear: float | FloatArray,
+        gain: float | FloatArray,
+        layer: float | FloatArray,
+    ) -> FloatArray:
+        """Return the same with another e1, e2 and layer, numbers or one for each craft (N, 1)."""
         distance = np.abs(variable)
         if self.power != 1:
             distance = distance**self.power
         share = self.floor + (1.0 - self.floor) * np.exp(-self.steepness * distance)
-        rate: FloatArray = -self.linear * variable - self.switching / share * switching(variable, self.layer)
+        rate: FloatArray = -linear * variable - gain / share * switching(variable, layer)
         return rate
 
 

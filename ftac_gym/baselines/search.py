@@ -6,7 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ftac_gym.parameters import require
+import numpy as np
+
+from ftac_gym.parameters import FloatArray, require
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,21 @@ def flat(gains: Mapping[str, Any]) -> dict[str, float]:
         elif isinstance(value, (int, float)) and not isinstance(value, bool):
             point[name] = float(value)
     return point
+
+
+def scheduled_share(own: float, limit: float, share: float | FloatArray, now: float | FloatArray) -> float | FloatArray:
+    """Return a gain that is a share of another, which limits it.
+
+    Parameters
+    ----------
+    own, limit
+        The gain and its limit as the law has them.
+    share
+        The share wanted; ``own / limit`` gives back the gain to the bit where the limit is the law's.
+    now
+        The limit wanted.
+    """
+    return np.where(share == own / limit, own, share * limit) * (now / limit)
 
 
 def merged(*layers: Mapping[str, Any]) -> dict[str, Any]:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from numba import njit
 
 from ftac_gym.dynamics import Simulator
-from ftac_gym.faults import fault_effect
+from ftac_gym.faults import FaultEffect, fault_effect
 from ftac_gym.faults.command_delay import LONGEST_DELAY
 from ftac_gym.parameters import FloatArray, require
 from ftac_gym.scenario import Scenario
@@ -109,14 +109,35 @@ def observation_layout(scenario: Scenario, tier: str) -> ObservationLayout:
         if modes := scenario.spacecraft.modes:
             parts += [("modal_displacement", modes, BOUND), ("modal_rate", modes, BOUND)]
     if tier == "oracle":
-        parts += [("fault_effectiveness", wheels, 1.0), ("fault_bias", wheels, BOUND), ("fault_delay", wheels, 1.0)]
-        parts += [("sensor_rate_fault", 3, BOUND), ("sensor_attitude_fault", 3, math.pi)]
+        parts += fault_parts(wheels)
     slices, start = {}, 0
     for name, length, _ in parts:
         slices[name] = slice(start, start + length)
         start += length
     high = np.concatenate([np.full(length, bound, dtype=np.float32) for _, length, bound in parts])
     return ObservationLayout(slices, -high, high)
+
+
+def fault_parts(wheels: int) -> list[tuple[str, int, float]]:
+    """Return name, length and bound of each part that tells what the faults do to a craft with so many wheels."""
+    return [
+        ("fault_effectiveness", wheels, 1.0),
+        ("fault_bias", wheels, BOUND),
+        ("fault_delay", wheels, 1.0),
+        ("sensor_rate_fault", 3, BOUND),
+        ("sensor_attitude_fault", 3, math.pi),
+    ]
+
+
+def fault_entries(effect: FaultEffect, torque_limits: FloatArray) -> list[FloatArray]:
+    """Return these parts for what the faults do to N craft, each (N, length); limits (wheels,) [N m]."""
+    return [
+        effect.effectiveness,
+        np.clip(effect.bias / torque_limits, -BOUND, BOUND),
+        effect.delay / LONGEST_DELAY,
+        np.clip(effect.rate_bias / RATE_SCALE, -BOUND, BOUND),
+        np.clip(effect.attitude_turn, -math.pi, math.pi),
+    ]
 
 
 class Observer:
@@ -173,13 +194,8 @@ class Observer:
         simulator, state = self._simulator, self._simulator.state
         drawn, momentum = simulator.faults.take(craft), state.wheel_momentum[craft]
         effect = fault_effect(drawn, simulator.time[craft], self._wheels, momentum, state.wheel_torque[craft])
-        for name, values in (
-            ("fault_effectiveness", effect.effectiveness),
-            ("fault_bias", np.clip(effect.bias / self._torque_limits, -BOUND, BOUND)),
-            ("fault_delay", effect.delay / LONGEST_DELAY),
-            ("sensor_rate_fault", np.clip(effect.rate_bias / RATE_SCALE, -BOUND, BOUND)),
-            ("sensor_attitude_fault", np.clip(effect.attitude_turn, -math.pi, math.pi)),
-        ):
+        parts = fault_parts(self._wheels.count)
+        for (name, _, _), values in zip(parts, fault_entries(effect, self._torque_limits), strict=True):
             out[craft, self.layout.slices[name]] = values
 
 

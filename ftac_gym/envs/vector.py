@@ -84,6 +84,8 @@ class SpacecraftFTCVectorEnv(CoreAccess, VectorEnv[Observation, npt.NDArray[Any]
         self._ended = np.zeros(self.num_envs, dtype=np.bool_)
         self.final_measurement: Measurement | None = None
         """Same-step mode: what the craft measured just before the latest automatic reset."""
+        self.keep_final_truth = False
+        """Whether the final measurement also holds what the faults did, for an oracle."""
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -167,7 +169,7 @@ class SpacecraftFTCVectorEnv(CoreAccess, VectorEnv[Observation, npt.NDArray[Any]
             final_info.update({"reward_terms": _masked(final_terms, mask), "_reward_terms": mask.copy()})
             infos.update({"final_obs": final_observation, "_final_obs": mask.copy()})
             infos.update({"final_info": final_info, "_final_info": mask.copy()})
-            self.final_measurement = self.core.measurement()
+            self.final_measurement = self.core.measurement(truth=self.keep_final_truth)
             self.core.reset(finished, observation, None)
             facts = self.core.facts()
             stepped[finished] = False

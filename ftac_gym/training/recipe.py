@@ -36,6 +36,8 @@ class Recipe:
         From ``env_kwargs`` (the observation tier), ``env_wrapper`` (ActionHold among them is the hold).
     n_timesteps, n_envs
         Length of the run, in decisions of the agent over all craft; craft in parallel.
+    env_kwargs
+        Further arguments of the environment in training: scenario, reward.
     policy
         Policy by Stable-Baselines3's name.
     policy_kwargs
@@ -49,6 +51,7 @@ class Recipe:
     interface: Interface
     n_timesteps: int
     n_envs: int
+    env_kwargs: Mapping[str, Any] = field(default_factory=dict)
     policy: str = "MlpPolicy"
     policy_kwargs: Mapping[str, Any] = field(default_factory=dict)
     normalize: bool = True
@@ -90,7 +93,8 @@ def read_recipe(path: Path, environment_id: str, changes: Mapping[str, Any] | No
         require(number >= 1.0 and number.is_integer(), name, "must be a positive integer", entry.get(name))
     wrappers, hold = parse_wrappers(entry.pop("env_wrapper", None) or [])
     settings = {name: value for name, value in entry.items() if name not in Recipe.__dataclass_fields__}
-    tier = settings.pop("env_kwargs", {}).get("observation", "attitude")
+    env_kwargs = dict(entry.get("env_kwargs", {}))
+    tier = env_kwargs.pop("observation", "attitude")
     for name in SCHEDULED:
         value = settings.get(name)
         numeric = not isinstance(value, str) or _is_number(value.removeprefix("lin_"))
@@ -99,6 +103,7 @@ def read_recipe(path: Path, environment_id: str, changes: Mapping[str, Any] | No
         interface=Interface(tier, wrappers, hold),
         n_timesteps=int(float(entry["n_timesteps"])),
         n_envs=int(entry["n_envs"]),
+        env_kwargs=env_kwargs,
         policy=entry.get("policy", "MlpPolicy"),
         policy_kwargs=entry.get("policy_kwargs", {}),
         normalize=bool(entry.get("normalize", False)),

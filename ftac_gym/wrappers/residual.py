@@ -6,13 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
-from gymnasium import spaces
-from gymnasium.utils import RecordConstructorArgs
-from gymnasium.vector import VectorEnv, VectorWrapper
-from gymnasium.vector.utils import batch_space
 
 from ftac_gym import baselines
 from ftac_gym.attitude import angle_between
@@ -23,9 +18,7 @@ from ftac_gym.baselines.observers.disturbance_observer import DisturbanceObserve
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, finite, non_negative, positive, require
 from ftac_gym.scenario import Scenario
-
-Observation = npt.NDArray[np.float32]
-
+from ftac_gym.wrappers.stage import BoolArray, Observation, Stage, StageWrapper, VectorStageWrapper
 
 SURPRISE_BANDWIDTH = 4.5
 """Bandwidth of what is expected of the torque on the body [rad/s]."""
@@ -65,7 +58,7 @@ class Surprise:
         self.torque = np.zeros(num_craft)
         """(N,) magnitude of the difference at the last measurement [N m]."""
 
-    def update(self, measurement: Measurement, mask: npt.NDArray[np.bool_]) -> None:
+    def update(self, measurement: Measurement, mask: BoolArray) -> None:
         """Take in a measurement for the craft in the mask (N,); those at time zero start anew."""
         self._memory.reset(mask & (measurement.time == 0.0))
         before, expected = self._memory.copy(), self._observer.disturbance
@@ -74,37 +67,64 @@ class Surprise:
         self.torque = np.where(mask, np.sqrt(np.einsum("ni,ni->n", change, change)), self.torque)
 
 
-class _Base:
+class _ResidualStage(Stage):
     """The base controller of N craft, its present action, and how a residual changes it."""
 
+    acts = True
+
     def __init__(
-        self, env: Any, num_craft: int, base: str, authority: float, fade: Fade | None, gains: dict[str, Any]
+        self,
+        env: Any,
+        base: str = "pd_dob",
+        authority: float = 0.5,
+        fade_angle: float = 0.0,
+        fade_floor: float = 0.0,
+        surprise: float | None = None,
+        **gains: Any,
     ) -> None:
-        inner = env.unwrapped
-        known = callable(getattr(inner, "measurement", None))
-        require(known, "env", "must be an environment of ftac_gym", env)
+        super().__init__(env)
         require(0.0 < finite(authority, "authority") <= 2.0, "authority", "must be above 0 and at most 2", authority)
         self._full_authority = authority
-        self._fade = fade
-        self._authority = np.full((num_craft, 1), authority)
-        self._env = inner
-        watching = fade is not None and fade.surprise is not None
-        self._surprise = Surprise(inner.scenario, num_craft) if watching else None
-        self._limits = inner.scenario.spacecraft.wheels.torque_limits
-        self.baseline: Baseline = baselines.make(base, inner.scenario, num_craft, **gains)
-        blind = self.baseline.information != "oracle"
-        require(blind, "base", "must not be an oracle: an agent would act on what no craft can know", base)
-        self.action = np.zeros((num_craft, len(self._limits)))
+        self._fade = _fade(fade_angle, fade_floor, surprise)
+        self._authority = np.full((self.num_craft, 1), authority)
+        scenario = self.inner.scenario
+        self._surprise = Surprise(scenario, self.num_craft) if surprise is not None else None
+        self._limits = scenario.spacecraft.wheels.torque_limits
+        self.baseline = blind_base(base, scenario, self.num_craft, gains)
+        self.action = np.zeros((self.num_craft, len(self._limits)))
+        """(N, wheels) action of the base at the present measurement."""
+        one = np.ones(len(self._limits))
+        self.extend(-one, one)
 
-    def update(self) -> None:
-        """Act on the present measurement; craft at time zero have just been reset."""
-        measurement = self._env.measurement()
-        if (measurement.time == 0.0).any():
-            self.baseline.reset(measurement.time == 0.0)
-        self.action = as_action(self.baseline.act(measurement), self._limits)
-        self._authority = self._authority_at(measurement, np.ones(len(measurement), dtype=np.bool_))
+    @property
+    def information(self) -> str:
+        """The tier of information that the base uses."""
+        return self.baseline.information
 
-    def _authority_at(self, measurement: Measurement, mask: npt.NDArray[np.bool_]) -> FloatArray:
+    def command(self, actions: npt.NDArray[Any]) -> FloatArray:
+        """Return the base actions corrected by the residuals (N, wheels)."""
+        residual = np.asarray(actions, dtype=np.float64)
+        total: FloatArray = np.clip(self.action + self._authority * residual, -1.0, 1.0)
+        return total
+
+    def observe(self, observation: Observation, mask: BoolArray) -> Observation:
+        """Let the base act on the present measurement, for the craft in the mask (N,), and show what it does."""
+        measurement = self.inner.measurement()
+        started = self.started(measurement, mask)
+        if started.any():
+            self.baseline.reset(started)
+        command = self.baseline.act(measurement) if mask.all() else self.baseline.act_only(measurement, mask)
+        self.action = np.where(mask[:, None], as_action(command, self._limits), self.action)
+        self._authority = self._authority_at(measurement, mask)
+        return np.concatenate([observation, self.action], axis=1, dtype=np.float32)
+
+    def preview(self, observation: Observation, measurement: Measurement) -> Observation:
+        """Show what the base would do at another measurement."""
+        nobody = np.zeros(self.num_craft, dtype=np.bool_)
+        action = as_action(self.baseline.act_only(measurement, nobody), self._limits)
+        return np.concatenate([observation, action], axis=1, dtype=np.float32)
+
+    def _authority_at(self, measurement: Measurement, mask: BoolArray) -> FloatArray:
         """Return the authority (N, 1) of the residual at a measurement, which is new for the craft in the mask."""
         share = np.ones(len(measurement))
         if self._fade is not None:
@@ -117,23 +137,19 @@ class _Base:
         authority: FloatArray = self._full_authority * share[:, None]
         return authority
 
-    def restart(self, mask: npt.NDArray[np.bool_]) -> None:
-        """Reset and act for the craft in the mask (N,) alone; the others have acted on this measurement already."""
-        self.baseline.reset(mask)
-        measurement = self._env.measurement()
-        command = self.baseline.act_only(measurement, mask)
-        self.action = np.where(mask[:, None], as_action(command, self._limits), self.action)
-        self._authority = self._authority_at(measurement, mask)
 
-    def preview(self, measurement: Measurement) -> FloatArray:
-        """Return the action for another measurement without moving on."""
-        nobody = np.zeros(len(measurement), dtype=np.bool_)
-        return as_action(self.baseline.act_only(measurement, nobody), self._limits)
+def blind_base(name: str, scenario: Scenario, num_craft: int, gains: dict[str, Any]) -> Baseline:
+    """Build a baseline that knows no more than a craft can.
 
-    def combine(self, residual: npt.ArrayLike) -> FloatArray:
-        """Return the action that the environment shall take."""
-        total: FloatArray = np.clip(self.action + self._authority * np.asarray(residual, dtype=np.float64), -1.0, 1.0)
-        return total
+    Raises
+    ------
+    ValueError
+        If the baseline is an oracle, or its name or a gain is refused.
+    """
+    baseline = baselines.make(name, scenario, num_craft, **gains)
+    blind = baseline.information != "oracle"
+    require(blind, "base", "must not be an oracle: an agent would act on what no craft can know", name)
+    return baseline
 
 
 def _fade(angle: float, floor: float, surprise: float | None) -> Fade | None:
@@ -145,14 +161,19 @@ def _fade(angle: float, floor: float, surprise: float | None) -> Fade | None:
     return Fade(angle, floor, surprise) if angle > 0.0 else None
 
 
-def _extended(space: spaces.Space[Any], wheels: int) -> Any:
-    if not isinstance(space, spaces.Box):
-        raise ValueError(f"env must have a Box observation space, got {space!r}")
-    one = np.ones(wheels, dtype=np.float32)
-    return spaces.Box(np.concatenate([space.low, -one]), np.concatenate([space.high, one]), dtype=np.float32)
+class VectorResidualPolicy(VectorStageWrapper):
+    """:class:`ResidualPolicy` for N craft; every craft's base is reset with its episode."""
+
+    stage_type = _ResidualStage
+    stage: _ResidualStage
+
+    @property
+    def base(self) -> _ResidualStage:
+        """The base and what it does."""
+        return self.stage
 
 
-class ResidualPolicy(gym.Wrapper[Observation, npt.NDArray[Any], Observation, npt.NDArray[Any]], RecordConstructorArgs):
+class ResidualPolicy(StageWrapper):
     """Let the agent correct a baseline.
 
     The action sent on is ``clip(base + authority * residual, -1, 1)``, per wheel and over its limit; the base action of
@@ -185,12 +206,8 @@ class ResidualPolicy(gym.Wrapper[Observation, npt.NDArray[Any], Observation, npt
         If the environment is not of this package, or a name, a gain or the authority is refused.
     """
 
-    def __new__(cls, *args: Any, **kwargs: Any) -> Any:
-        """Return the wrapper that fits the environment."""
-        env = args[0] if args else kwargs.get("env")
-        if isinstance(env, VectorEnv):
-            return VectorResidualPolicy(*args, **kwargs)
-        return super().__new__(cls)
+    vector_type = VectorResidualPolicy
+    stage: _ResidualStage
 
     def __init__(
         self,
@@ -202,8 +219,8 @@ class ResidualPolicy(gym.Wrapper[Observation, npt.NDArray[Any], Observation, npt
         surprise: float | None = None,
         **gains: Any,
     ) -> None:
-        RecordConstructorArgs.__init__(
-            self,
+        super().__init__(
+            env,
             base=base,
             authority=authority,
             fade_angle=fade_angle,
@@ -211,79 +228,8 @@ class ResidualPolicy(gym.Wrapper[Observation, npt.NDArray[Any], Observation, npt
             surprise=surprise,
             **gains,
         )
-        super().__init__(env)
-        self.base = _Base(env, 1, base, authority, _fade(fade_angle, fade_floor, surprise), gains)
-        self.observation_space = _extended(env.observation_space, self.base.action.shape[1])
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observation, dict[str, Any]]:
-        """Reset the environment and the base."""
-        observation, info = self.env.reset(seed=seed, options=options)
-        self.base.update()
-        return self._extend(observation), info
-
-    def step(self, action: npt.NDArray[Any]) -> tuple[Observation, Any, bool, bool, dict[str, Any]]:
-        """Correct the base action by the residual and step."""
-        residual = np.asarray(action)
-        if residual.shape != self.base.action.shape[1:]:
-            raise ValueError(f"action must have shape {self.base.action.shape[1:]}, got {residual.shape}")
-        observation, reward, terminated, truncated, info = self.env.step(self.base.combine(residual)[0])
-        self.base.update()
-        return self._extend(observation), reward, terminated, truncated, info
-
-    def _extend(self, observation: Observation) -> Observation:
-        return np.concatenate([observation, self.base.action[0]], dtype=np.float32)
-
-
-class VectorResidualPolicy(
-    VectorWrapper[Observation, npt.NDArray[Any], Observation, npt.NDArray[Any], npt.NDArray[Any]]
-):
-    """:class:`ResidualPolicy` for N craft; every craft's base is reset with its episode."""
-
-    def __init__(
-        self,
-        env: VectorEnv[Any, Any, Any],
-        base: str = "pd_dob",
-        authority: float = 0.5,
-        fade_angle: float = 0.0,
-        fade_floor: float = 0.0,
-        surprise: float | None = None,
-        **gains: Any,
-    ) -> None:
-        super().__init__(env)
-        self.base = _Base(env, env.num_envs, base, authority, _fade(fade_angle, fade_floor, surprise), gains)
-        self.single_observation_space = _extended(env.single_observation_space, self.base.action.shape[1])
-        self.observation_space = batch_space(self.single_observation_space, env.num_envs)
-
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observation, dict[str, Any]]:
-        """Reset the craft and their bases."""
-        observation, infos = self.env.reset(seed=seed, options=options)
-        mask = (options or {}).get("reset_mask")
-        if mask is None:
-            self.base.update()
-        else:
-            self.base.restart(mask)
-        return self._extend(observation, self.base.action), infos
-
-    def step(
-        self, actions: npt.NDArray[Any]
-    ) -> tuple[Observation, npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], dict[str, Any]]:
-        """Correct the base actions by the residuals and step."""
-        residual = np.asarray(actions)
-        if residual.shape != self.base.action.shape:
-            raise ValueError(f"actions must have shape {self.base.action.shape}, got {residual.shape}")
-        observation, reward, terminated, truncated, infos = self.env.step(self.base.combine(residual))
-        if "final_obs" in infos:
-            # In same-step mode the craft that ended have been reset; their last observation needs its base action too.
-            final_action = self.base.preview(self.env.unwrapped.final_measurement)  # type: ignore[attr-defined]
-            for craft in np.flatnonzero(infos["_final_obs"]):
-                last = infos["final_obs"][craft]
-                infos["final_obs"][craft] = np.concatenate([last, final_action[craft]], dtype=np.float32)
-        self.base.update()
-        return self._extend(observation, self.base.action), reward, terminated, truncated, infos
-
-    def _extend(self, observation: Observation, action: FloatArray) -> Observation:
-        return np.concatenate([observation, action], axis=1, dtype=np.float32)
+    @property
+    def base(self) -> _ResidualStage:
+        """The base and what it does."""
+        return self.stage

@@ -20,7 +20,7 @@ SpacecraftFTC-v0:
   env_wrapper:
     - ftac_gym.wrappers.ObservationHistory: {steps: 3}
     - ftac_gym.wrappers.ActionHold: {steps: 4}
-  env_kwargs: {observation: telemetry}
+  env_kwargs: {observation: telemetry, scenario: flagship_pointing}
   normalize: true
   n_timesteps: !!float 2e6
   n_envs: 64
@@ -42,6 +42,7 @@ def test_what_the_file_says(path):
     assert recipe.interface == Interface("telemetry", (("ObservationHistory", {"steps": 3}),), 4)
     assert (recipe.n_timesteps, recipe.n_envs, recipe.normalize) == (2_000_000, 64, True)
     assert recipe.settings == {"learning_rate": "lin_0.001", "gamma": 0.97}
+    assert recipe.env_kwargs == {"scenario": "flagship_pointing"}
     schedule = recipe.arguments()["learning_rate"]
     assert isinstance(schedule, LinearSchedule) and [schedule(left) for left in (1.0, 0.25)] == [1e-3, 2.5e-4]
 
@@ -106,4 +107,4 @@ def test_the_files_of_the_project_can_be_read(algorithm):
     for environment_id in [key for key in gym.registry if key.startswith("SpacecraftFTC")]:
         recipe = read_recipe(CONFIGS / f"{algorithm}.yml", environment_id)
         env = written_out(recipe.interface).wrap(gym.make("SpacecraftFTC-v0", observation=recipe.interface.observation))
-        assert env.action_space.shape == (4,) and recipe.interface.hold > 1
+        assert env.action_space.shape == (4,) and recipe.n_envs > 1

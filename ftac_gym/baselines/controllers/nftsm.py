@@ -10,7 +10,7 @@ import numpy as np
 from ftac_gym.attitude import mrp_derivative
 from ftac_gym.baselines.controllers.relative import RelativeLaw
 from ftac_gym.baselines.reaching import ExponentialReaching
-from ftac_gym.baselines.search import Range, SearchSpace
+from ftac_gym.baselines.search import Range, SearchSpace, scheduled_share
 from ftac_gym.baselines.surfaces import NonsingularTerminalSurface
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, non_negative, positive, require
@@ -66,6 +66,13 @@ class NFTSM(RelativeLaw):
         "attitude_filter_time": Range(0.1, 5.0),
     }
     shares: ClassVar = {"reaching_share": ("reaching_linear", "rate_gain")}
+    schedulable: ClassVar = {
+        "linear": (0.005, 0.5),
+        "terminal": (0.05, 0.6),
+        "reaching_share": (0.05, 0.9),
+        "reaching_switching": (1e-4, 0.05),
+        "rate_gain": (1.0, 9.5),
+    }
 
     def __init__(
         self,
@@ -89,17 +96,32 @@ class NFTSM(RelativeLaw):
         require(positive(rate_gain, "rate_gain") > reaching_linear, "rate_gain", rule, rate_gain)
         layer = positive(reaching_switching, "reaching_switching") / (rate_gain - reaching_linear)
         self._reaching = ExponentialReaching(reaching_linear, reaching_switching, layer=layer)
+        self._rate_gain = float(rate_gain)
+        self._schedule({})
+
+    def _schedule(self, gains: Mapping[str, FloatArray]) -> None:
+        surface, reaching = self._surface, self._reaching
+        self._linear, self._terminal = gains.get("linear", surface.linear), gains.get("terminal", surface.terminal)
+        switching, rate = gains.get("reaching_switching", reaching.switching), gains.get("rate_gain", self._rate_gain)
+        share = gains.get("reaching_share", reaching.linear / self._rate_gain)
+        linear = scheduled_share(reaching.linear, self._rate_gain, share, rate)
+        self._reaching_gains = linear, switching, switching / (rate - linear)
+
+    def _profile(self, length: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the ratio and the slope of the surface for lengths (N, 1) of the error."""
+        ratio, slope = self._surface.terminal_part(length)
+        return self._linear + self._terminal * ratio, self._linear + self._terminal * slope
 
     def _variable(self, measurement: Measurement, error: FloatArray, rate_error: FloatArray) -> FloatArray:
         length = np.sqrt(np.einsum("ni,ni->n", error, error))[:, None]
-        variable: FloatArray = rate_error + self._surface.profile(length)[0] * error
+        variable: FloatArray = rate_error + self._profile(length)[0] * error
         return variable
 
     def _acceleration(self, measurement: Measurement, error: FloatArray, rate_error: FloatArray) -> FloatArray:
         square = np.einsum("ni,ni->n", error, error)[:, None]
-        ratio, slope = self._surface.profile(np.sqrt(square))
+        ratio, slope = self._profile(np.sqrt(square))
         speed = mrp_derivative(error, rate_error)
         along = np.einsum("ni,ni->n", error, speed)[:, None] / np.maximum(square, 1e-300)
         change = ratio * speed + ((slope - ratio) * along) * error
-        wanted: FloatArray = self._reaching(rate_error + ratio * error) - change
+        wanted: FloatArray = self._reaching.scheduled(rate_error + ratio * error, *self._reaching_gains) - change
         return wanted

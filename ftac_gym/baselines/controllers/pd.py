@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,7 +14,7 @@ from ftac_gym.baselines.gyroscopic import GyroscopicModel
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter
 from ftac_gym.baselines.observers.disturbance_observer import DisturbanceObserver
 from ftac_gym.baselines.relative_motion import relative_motion
-from ftac_gym.baselines.search import Range, SearchSpace
+from ftac_gym.baselines.search import Range, SearchSpace, scheduled_share
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, positive, require
 from ftac_gym.scenario import Scenario
@@ -67,6 +68,12 @@ class PD(Baseline):
         "attitude_filter_time": Range(0.1, 5.0),
     }
     shares: ClassVar = {"position_share": ("position_gain", "rate_gain")}
+    schedulable: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "braking_share": (0.4, 1.0),
+        "rate_limit": (0.08, 0.3),
+        "rate_gain": (3.0, 9.5),
+        "position_share": (0.2, 0.8),
+    }
 
     def __init__(
         self,
@@ -81,12 +88,19 @@ class PD(Baseline):
         telemetry: bool = False,
     ) -> None:
         super().__init__(scenario, num_craft)
-        self._position_gain = positive(position_gain, "position_gain")
-        self._rate_gain = positive(rate_gain, "rate_gain")
+        # The gains in use; scheduled ones are arrays (N, 1).
+        self._position_gain: float | FloatArray = positive(position_gain, "position_gain")
+        self._rate_gain: float | FloatArray = positive(rate_gain, "rate_gain")
         require(position_gain < rate_gain, "position_gain", f"must be below rate_gain = {rate_gain!r}", position_gain)
-        self._braking_share = positive(braking_share, "braking_share")
+        self._braking_share: float | FloatArray = positive(braking_share, "braking_share")
         require(braking_share <= 1.0, "braking_share", "must not exceed 1", braking_share)
-        self._rate_limit = positive(rate_limit, "rate_limit")
+        self._rate_limit: float | FloatArray = positive(rate_limit, "rate_limit")
+        self._own = {
+            "position_gain": float(position_gain),
+            "rate_gain": float(rate_gain),
+            "braking_share": float(braking_share),
+            "rate_limit": float(rate_limit),
+        }
         wheels = scenario.spacecraft.wheels
         self._torque_limits = wheels.torque_limits
         limited = bool(np.isfinite(self._torque_limits).all())
@@ -99,6 +113,15 @@ class PD(Baseline):
         self._inverse = pseudo_inverse(wheels.axis_matrix).T if allocation == "pseudo_inverse" else None
         self._filter = AttitudeFilter(scenario, self.memory, attitude_filter_time)
         self._gyroscopic = GyroscopicModel(scenario, telemetry)
+
+    def _schedule(self, gains: Mapping[str, FloatArray]) -> None:
+        own = self._own
+        self._rate_gain, self._braking_share, self._rate_limit = (
+            gains.get(name, own[name]) for name in ("rate_gain", "braking_share", "rate_limit")
+        )
+        position, rate = own["position_gain"], own["rate_gain"]
+        share = gains.get("position_share", position / rate)
+        self._position_gain = scheduled_share(position, rate, share, self._rate_gain)
 
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m]."""
@@ -147,6 +170,7 @@ class PDDisturbanceObserver(PD):
     """
 
     search_space: ClassVar[SearchSpace] = {**PD.search_space, "bandwidth": Range(0.2, 5.0)}
+    schedulable: ClassVar = {**PD.schedulable, "bandwidth": (0.5, 20.0)}
 
     def __init__(
         self,
@@ -158,6 +182,10 @@ class PDDisturbanceObserver(PD):
     ) -> None:
         super().__init__(scenario, num_craft, telemetry=telemetry, **gains)
         self._observer = DisturbanceObserver(scenario, self.memory, bandwidth, self._gyroscopic)
+
+    def _schedule(self, gains: Mapping[str, FloatArray]) -> None:
+        super()._schedule(gains)
+        self._observer.set_bandwidth(gains.get("bandwidth"))
 
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m]."""

@@ -68,6 +68,13 @@ class ShapedPD(PDDisturbanceObserver):
         **PDDisturbanceObserver.search_space,
         "acceleration_share": Range(0.2, 0.9),
     }
+    # Not the rate limit, which is the plan's too: that is made once for a slew.
+    schedulable: ClassVar = {
+        "braking_share": (0.1, 1.0),
+        "rate_gain": (3.0, 9.5),
+        "position_share": (0.1, 0.8),
+        "bandwidth": (0.5, 20.0),
+    }
 
     def __init__(
         self,
@@ -148,7 +155,7 @@ class ShapedPD(PDDisturbanceObserver):
         before_stop = quaternion_product(set_point, _rotation(stop_axis, -stop_angle))
         to_turn = rotation_vector_from_quaternion(quaternion_product(quaternion_conjugate(attitude), before_stop))
         angle, axis = _length_and_direction(to_turn)
-        turn = rest_to_rest(angle, self._acceleration(axis), self._rate_limit)
+        turn = rest_to_rest(angle, self._acceleration(axis), self._own["rate_limit"])
 
         switches = np.concatenate((turn.switches, stop_end[:, None]), axis=1)
         weights = np.zeros((len(angle), 5, 2))

@@ -32,7 +32,9 @@ class DisturbanceObserver:
     """
 
     def __init__(self, scenario: Scenario, memory: Memory, bandwidth: float, gyroscopic: GyroscopicModel) -> None:
-        self._gain = 1.0 - np.exp(-positive(bandwidth, "bandwidth") * scenario.control_period)
+        self._bandwidth = positive(bandwidth, "bandwidth")
+        self._own_gain = 1.0 - np.exp(-self._bandwidth * scenario.control_period)
+        self._gain: float | FloatArray = self._own_gain
         self._inertia = scenario.spacecraft.inertia_matrix
         self._axes_transposed = scenario.spacecraft.wheels.axis_matrix.T.copy()
         self._period = scenario.control_period
@@ -41,6 +43,15 @@ class DisturbanceObserver:
         memory.add("disturbance", (3,))
         memory.add("last_rate", (3,))
         memory.add("fresh", (1,), initial=True)
+
+    def set_bandwidth(self, bandwidth: FloatArray | None) -> None:
+        """Use bandwidths (N, 1) [rad/s] from now on; None for the observer's own."""
+        if bandwidth is None:
+            self._gain = self._own_gain
+        else:
+            # Exponentials of arrays may differ from those of numbers in the last bit.
+            gain = 1.0 - np.exp(-bandwidth * self._period)
+            self._gain = np.where(bandwidth == self._bandwidth, self._own_gain, gain)
 
     @property
     def disturbance(self) -> FloatArray:

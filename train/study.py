@@ -1,0 +1,178 @@
+"""What helps a learned policy: {direct, residual, gain scheduling} x {no memory, history, observer estimate, oracle}.
+
+Trains every combination with several seeds (finished ones are found again, killed ones resumed), flies all agents
+through the frozen test episodes of the flagship, and prints success, settling time and chatter as differences to the
+base, with intervals over seeds and episodes.
+
+Examples
+--------
+    python train/study.py --seeds 3 --workers 2
+    python train/study.py --seeds 3 --workers 2 --actions residual --memories none estimate
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import tyro
+from rich.console import Console
+from tqdm import tqdm
+
+from ftac_gym import scenarios
+from ftac_gym.evaluation import Evaluation, evaluate
+from ftac_gym.evaluation.metrics import SHARES
+from ftac_gym.evaluation.statistics import interquartile_mean, mean, paired_differences, stratified_estimate
+from ftac_gym.evaluation.tables import Cells, markdown, number, verdict
+from ftac_gym.scenarios import frozen
+
+TRAIN = Path(__file__).parent / "train.py"
+BASE = "pd_dob"
+METRICS = ("success", "settling_time", "integrated_error", "chatter")
+
+POINTING: list[str] = []
+"""Agents on a base train as configs/ppo.yml says: on what there is to gain, the answer to faults that strike a craft on
+target."""
+
+ALONE = ["--scenario", "flagship", "--hold", "2", "--critic-warmup", "0", "--hyperparameters", "gamma=0.98", "policy_kwargs.log_std_init=-1.2", "n_steps=32", "batch_size=4096"]
+"""Direct agents must learn to slew and to point."""
+
+ACTIONS: dict[str, tuple[str | None, list[str]]] = {
+    "direct": (None, ALONE),
+    "residual": (f"ResidualPolicy base={BASE} authority=1.0 fade_angle=100.0 surprise=0.03", POINTING),
+    "gains": (f"GainScheduling base={BASE} ranges={{rate_gain: [3.0, 9.5], bandwidth: [0.5, 50.0]}}", POINTING),
+}
+"""What the action means: the wrapper, and how to train."""
+
+MEMORIES: dict[str, str | None] = {
+    "none": None,
+    "history": "ObservationHistory steps=4",
+    "estimate": "FaultEstimateObservation source=dob bandwidth=50.0",
+    "oracle": "FaultEstimateObservation source=truth",
+}
+"""What the agent sees beside the observation: the wrapper. The oracle is a bound."""
+
+
+@dataclass(frozen=True)
+class Config:
+    """A study."""
+
+    seeds: int = 3
+    """Agents of each combination."""
+    workers: int = 2
+    """Trainings side by side, one thread each."""
+    steps: int = 3_000_000
+    """Decisions of each agent on a base."""
+    direct_steps: int = 12_000_000
+    """Decisions of each direct agent."""
+    episodes: int = 500
+    """Feasible test episodes."""
+    actions: tuple[Literal["direct", "residual", "gains"], ...] = ("direct", "residual", "gains")
+    """What the action means."""
+    memories: tuple[Literal["none", "history", "estimate", "oracle"], ...] = ("none", "history", "estimate", "oracle")
+    """What the agent sees beside the observation."""
+    folder: Path = Path("runs/study")
+    """Where the runs lie."""
+    output: Path = Path("results/study")
+    """Where the tables go."""
+
+
+def words(config: Config, action: str, memory: str) -> list[str]:
+    """Return the arguments of train/train.py for a combination."""
+    acting, recipe = ACTIONS[action]
+    # The estimate is made beneath what acts, the history above, so that it holds the base's actions too.
+    order = (acting, MEMORIES[memory]) if memory == "history" else (MEMORIES[memory], acting)
+    steps = config.direct_steps if action == "direct" else config.steps
+    wrappers = [wrapper for wrapper in order if wrapper is not None]
+    return ["--wrappers", *wrappers, "--total-steps", str(steps), "--evaluate-every", str(steps // 6), *recipe]
+
+
+def train(config: Config, action: str, memory: str, seed: int) -> None:
+    """Train one agent, or the rest of it, or nothing if it is finished."""
+    folder = config.folder / f"{action}_{memory}" / f"seed_{seed}"
+    steps = config.direct_steps if action == "direct" else config.steps
+    done = sorted((folder / "checkpoints").glob("[0-9]" * 10))
+    if done and int(done[-1].name) >= steps:
+        return
+    arguments = [*words(config, action, memory), "--seed", str(seed), "--torch-threads", "1"]
+    arguments += ["--run-folder", str(folder), "--checkpoint-every", str(steps // 3)]
+    command = [sys.executable, str(TRAIN), *arguments, *(["--resume"] if done else [])]
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / "log.txt").open("w") as log:
+        result = subprocess.run(command, stdout=log, stderr=subprocess.STDOUT, check=False)
+    if result.returncode:
+        raise SystemExit(f"training {folder} failed; see {folder / 'log.txt'}")
+
+
+def flown(config: Config, names: list[str]) -> dict[str, list[Evaluation]]:
+    """Fly the base and all agents through the frozen episodes."""
+    episodes, scenario = frozen.load("flagship", config.episodes), scenarios.get("flagship")
+    policies = {BASE: [BASE]}
+    policies |= {
+        name: [str(config.folder / name / f"seed_{seed}" / "agent") for seed in range(config.seeds)] for name in names
+    }
+    total = sum(map(len, policies.values())) * len(episodes)
+    with tqdm(total=total, desc="flying", unit="episode") as bar:
+        return {
+            name: [
+                evaluate(scenario, path, episodes, f"{name} {index}", config.output / "batches", bar.update)
+                for index, path in enumerate(listed)
+            ]
+            for name, listed in policies.items()
+        }
+
+
+def main(config: Config) -> None:
+    """Train what is missing, fly, and tabulate."""
+    combinations = [(action, memory) for action in config.actions for memory in config.memories]
+    jobs = [(action, memory, seed) for seed in range(config.seeds) for action, memory in combinations]
+    with ThreadPoolExecutor(config.workers) as pool:
+        futures = [pool.submit(train, config, *job) for job in jobs]
+        for future in tqdm(futures, desc="training", unit="agent"):
+            future.result()
+    names = [f"{action}_{memory}" for action, memory in combinations]
+    evaluations = flown(config, names)
+    feasible = frozen.load("flagship", config.episodes).feasible
+
+    def values(name: str, metric: str) -> list[list[float]]:
+        return [item.metrics[metric][feasible].tolist() for item in evaluations[name]]
+
+    heading = ["action", "memory", "seeds", *METRICS, "steps", "minutes of training"]
+    estimates: Cells = [heading]
+    differences: Cells = [[*heading[:3], *METRICS]]
+    for name in (BASE, *names):
+        action, _, memory = name.partition("_") if name != BASE else (BASE, "", "-")
+        label = [action, memory, str(len(evaluations[name]))]
+        row, change = list(label), list(label)
+        for metric in METRICS:
+            statistic = mean if metric in SHARES else interquartile_mean
+            row.append(number(stratified_estimate(values(name, metric), statistic)))
+            if name != BASE:
+                difference = paired_differences(values(name, metric), values(BASE, metric))
+                change.append(verdict(metric, difference))
+        cards = [json.loads((config.folder / name / f"seed_{seed}" / "agent" / "card.json").read_text())
+                 for seed in range(config.seeds if name != BASE else 0)]  # fmt: skip
+        row.append(str(max((card["steps"] for card in cards), default="-")))
+        row.append(f"{sum(card['training_seconds'] for card in cards) / 60.0 / len(cards):.1f}" if cards else "-")
+        estimates.append(row)
+        if name != BASE:
+            differences.append(change)
+    config.output.mkdir(parents=True, exist_ok=True)
+    report = [f"# The study: {config.seeds} seeds each, frozen test episodes of the flagship", markdown(estimates),
+              f"Mean paired differences to {BASE}", markdown(differences)]  # fmt: skip
+    (config.output / "report.md").write_text("\n\n".join(report) + "\n")
+    with (config.output / "differences.csv").open("w", newline="") as file:
+        csv.writer(file).writerows(differences)
+    console = Console()
+    console.print("\n\n".join(report), markup=False, soft_wrap=True)
+    console.print(f"wrote {config.output / 'report.md'}")
+
+
+if __name__ == "__main__":
+    main(tyro.cli(Config, description=__doc__))
