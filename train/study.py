@@ -40,7 +40,10 @@ POINTING: list[str] = []
 """Agents on a base train as configs/ppo.yml says: on what there is to gain, the answer to faults that strike a craft on
 target."""
 
-ALONE = ["--scenario", "flagship", "--hold", "2", "--critic-warmup", "0", "--hyperparameters", "gamma=0.98", "policy_kwargs.log_std_init=-1.2", "n_steps=32", "batch_size=4096"]
+ALONE = [
+    *("--scenario", "flagship", "--hold", "2", "--critic-warmup", "0", "--hyperparameters", "gamma=0.98"),
+    *("gae_lambda=0.95", "policy_kwargs.log_std_init=-1.2", "n_steps=32", "batch_size=4096"),
+]
 """Direct agents must learn to slew and to point."""
 
 ACTIONS: dict[str, tuple[str | None, list[str]]] = {
@@ -67,9 +70,9 @@ class Config:
     """Agents of each combination."""
     workers: int = 2
     """Trainings side by side, one thread each."""
-    steps: int = 3_000_000
+    steps: int = 2_000_000
     """Decisions of each agent on a base."""
-    direct_steps: int = 12_000_000
+    direct_steps: int = 6_000_000
     """Decisions of each direct agent."""
     episodes: int = 500
     """Feasible test episodes."""
@@ -90,7 +93,7 @@ def words(config: Config, action: str, memory: str) -> list[str]:
     order = (acting, MEMORIES[memory]) if memory == "history" else (MEMORIES[memory], acting)
     steps = config.direct_steps if action == "direct" else config.steps
     wrappers = [wrapper for wrapper in order if wrapper is not None]
-    return ["--wrappers", *wrappers, "--total-steps", str(steps), "--evaluate-every", str(steps // 6), *recipe]
+    return ["--wrappers", *wrappers, "--total-steps", str(steps), "--evaluate-every", str(steps // 4), *recipe]
 
 
 def train(config: Config, action: str, memory: str, seed: int) -> None:
