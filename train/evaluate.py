@@ -1,6 +1,8 @@
 """Compare policies on identical episodes: tables by fault kind and by split, CSV files, plots and a report.
 
-The flagship and its splits are flown on their frozen test episodes.
+The flagship and its splits are flown on their frozen test episodes. With --benchmark every baseline that fits, with
+default and with tuned gains, and every shipped agent with all its training seeds fly all splits, in parallel, and one
+HTML report says who is better than whom.
 
 Finished batches are kept in the output folder, so that a killed evaluation goes on where it stopped.
 
@@ -8,7 +10,9 @@ Examples
 --------
     python train/evaluate.py
     python train/evaluate.py --policies agent pd_dob --episodes 200
-    python train/evaluate.py --policies agent pd_dob nftsm predefined_time --gains tuned
+    python train/evaluate.py --policies agent pd_dob "nftsm tuned" "nftsm_observer tuned"
+    python train/evaluate.py --benchmark
+    python train/evaluate.py --benchmark --policies agent pd_dob runs/five --episodes 100 --backend ray
     python train/evaluate.py --policies runs/my_run/agent agent pd_dob --reference agent
     python train/evaluate.py --scenario flagship_hardware --splits
     python train/evaluate.py --seed 3 --episodes 100
@@ -34,22 +38,35 @@ from ftac_gym import baselines, scenarios
 from ftac_gym.baselines import tuned
 from ftac_gym.episodes import Episodes
 from ftac_gym.evaluation import BaselineContestant, Evaluation, Row, compare, evaluate, fault_classes, rollout
-from ftac_gym.evaluation.agent import SHIPPED
+from ftac_gym.evaluation.agent import SHIPPED, designs, shipped
+from ftac_gym.evaluation.benchmark import fly, frozen_episodes
+from ftac_gym.evaluation.contestants import ALL, TUNED, entries_of
 from ftac_gym.evaluation.gallery import fault_gallery
 from ftac_gym.evaluation.metrics import UNITS
 from ftac_gym.evaluation.plots import episode as draw_episode
 from ftac_gym.evaluation.plots import error_bands, prescribed_bound
+from ftac_gym.evaluation.report import write_report
 from ftac_gym.evaluation.tables import Cells, kind_table, markdown, metric_tables, split_table
 from ftac_gym.scenarios import SPLITS, frozen
+
+CLOSE = ("agent", "flagship_telemetry", "flagship_direct", "pd_dob", "pd", "nftsm_observer tuned", "nftsm tuned")
+"""The shipped agents of the flagship, and the baselines that come closest to them."""
 
 
 @dataclass(frozen=True)
 class Config:
     """A comparison."""
 
-    policies: tuple[str, ...] = ("agent", "pd_dob", "pd")
-    """What to compare: "agent" (the shipped one of the scenario, else the flagship's), a baseline's name, an agent's
-    folder or a Stable-Baselines3 zip."""
+    policies: tuple[str, ...] = ()
+    """What to compare: "agent" (the shipped residual of the scenario, else the flagship's), another shipped agent's
+    name, a baseline's name, "NAME tuned" for its tuned gains, an agent's folder or a Stable-Baselines3 zip. By default
+    the shipped agents against the baselines that come closest."""
+    benchmark: bool = False
+    """Fly everyone through the flagship and its splits, and write an HTML report."""
+    backend: Literal["local", "ray"] = "local"
+    """Of the benchmark: processes of this machine, or a Ray cluster (extra "cluster")."""
+    workers: int = -1
+    """Of the benchmark: how many fly in parallel; -1 for all cores."""
     gains: Literal["default", "tuned"] = "default"
     """Gains of the baselines among the policies; agents keep the base that they were trained with."""
     reference: str = "pd_dob"
@@ -74,44 +91,62 @@ class Config:
         """Where tables and figures go: those of tuned gains do not replace those of default ones."""
         return self.output if self.gains == "default" else self.output / self.gains
 
+    @property
+    def contenders(self) -> tuple[str, ...]:
+        """The policies, those of the default among them."""
+        if self.policies:
+            return self.policies
+        if self.benchmark:
+            return (ALL, *(name for name in designs() if name.startswith("flagship")))
+        return CLOSE if self.scenario in SPLITS else ("agent", "pd_dob", "pd")
+
 
 def paths(policies: Sequence[str], scenario: str = "flagship") -> dict[str, str]:
     """Return what to load for each policy, by its name in the tables; refuse unknown ones before any work is done."""
     found: dict[str, str] = {}
     for policy in policies:
         if policy == "agent":
-            own = SHIPPED / f"{scenario}_residual"
-            found[policy] = str(own if own.exists() else SHIPPED / "flagship_residual")
-        elif policy in baselines.names() or Path(policy).exists():
+            own = f"{scenario}_residual"
+            found[policy] = str(shipped(own if own in designs() else "flagship_residual"))
+        elif policy in designs():
+            found[policy] = str(shipped(policy))
+        elif policy.removesuffix(TUNED) in baselines.names() or Path(policy).exists():
             found[policy] = policy
         else:
-            raise SystemExit(f"--policies: {policy!r} is no baseline ({', '.join(baselines.names())}), agent or file")
+            known = f"no baseline ({', '.join(baselines.names())}), shipped agent ({', '.join(designs())}) or file"
+            raise SystemExit(f"--policies: {policy!r} is {known}")
     return found
+
+
+def contestant(config: Config, policy: str) -> Any:
+    """Return what flies for a policy."""
+    law = policy.removesuffix(TUNED)
+    if law not in baselines.names():
+        return policy
+    return BaselineContestant(law, "tuned" if policy.endswith(TUNED) else config.gains)
 
 
 def contestants(config: Config) -> dict[str, Any]:
     """Return what flies for each policy, by its name in the tables; refuse what cannot before any work is done."""
     try:
-        return {
-            name: BaselineContestant(policy, config.gains) if policy in baselines.names() else policy
-            for name, policy in paths(config.policies, config.scenario).items()
-        }
+        return {name: contestant(config, policy) for name, policy in paths(config.contenders, config.scenario).items()}
     except ValueError as error:
         raise SystemExit(f"--gains: {error}") from None
 
 
 def gains_used(config: Config) -> str:
     """Return a line that says which gains the baselines fly with, and how tuned ones were found."""
-    flown = sorted(set(config.policies) & set(baselines.names()))
-    if not flown:
-        return "gains of the baselines: none among the policies"
-    if config.gains == "default":
-        return "gains of the baselines: default"
     found = []
-    for name in flown:
-        source = tuned.record(name)["provenance"]
-        found.append(f"{name} by {source['trials']} trials on {source['scenario']}")
-    return f"gains of the baselines: tuned ({', '.join(found)})"
+    for policy in sorted(set(config.contenders)):
+        law = policy.removesuffix(TUNED)
+        if law not in baselines.names():
+            continue
+        if policy == law and config.gains == "default":
+            found.append(f"{law} default")
+        else:
+            source = tuned.record(law)["provenance"]
+            found.append(f"{law} tuned by {source['trials']} trials on {source['scenario']}")
+    return f"gains of the baselines: {', '.join(found) or 'none among the policies'}"
 
 
 def draw(config: Config, name: str) -> Episodes:
@@ -141,7 +176,7 @@ def run(
     evaluations: dict[str, list[Evaluation]] = {}
     with Progress(*columns, console=console) as progress:
         for scenario, episodes in drawn.items():
-            task = progress.add_task(scenario, total=len(episodes) * len(config.policies))
+            task = progress.add_task(scenario, total=len(episodes) * len(flown))
             evaluations[scenario] = [
                 evaluate(
                     scenarios.get(scenario),
@@ -196,12 +231,41 @@ def interesting(evaluations: list[Evaluation], episodes: Episodes) -> int:
     return int(candidates[0]) if candidates.size else 0
 
 
+def run_benchmark(config: Config, console: Console) -> None:
+    """Fly everyone through the flagship and its splits."""
+    scenario, folder = scenarios.get("flagship"), config.output / "benchmark"
+    names = [str(SHIPPED / name) if name in designs() else name for name in config.contenders]
+    names = [str(SHIPPED / "flagship_residual") if name == "agent" else name for name in names]
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    try:
+        episodes = frozen_episodes(SPLITS, config.episodes)
+        entries = entries_of(names, scenario)
+        flights = sum(len(entry.policies) for entry in entries) * sum(map(len, episodes.values()))
+        console.print(f"{len(entries)} contestants and bounds, {len(episodes)} splits, {flights} episodes")
+        with Progress(*columns, console=console) as progress:
+            task = progress.add_task("flying", total=flights)
+            result = fly(
+                entries, episodes, config.reference, folder, config.backend, config.workers,
+                lambda _split, _entry, count: progress.advance(task, count),
+            )  # fmt: skip
+    except (ValueError, ImportError) as error:
+        raise SystemExit(f"--benchmark: {error}") from None
+    if result.episodes_flown:
+        rate = result.episodes_flown / result.seconds
+        console.print(f"flew {result.episodes_flown} episodes in {result.seconds:.0f} s: {rate:.0f} episodes/s")
+    console.print("bootstrap intervals, figures and report ...")
+    console.print(f"wrote {write_report(result, folder)}, CSV files and figures beside it")
+
+
 def main(config: Config) -> None:
     """Compare."""
     console = Console()
+    if config.benchmark:
+        run_benchmark(config, console)
+        return
     flown = contestants(config)
     if config.reference not in flown:
-        raise SystemExit(f"--reference: {config.reference!r} is not among the policies {list(config.policies)}")
+        raise SystemExit(f"--reference: {config.reference!r} is not among the policies {list(flown)}")
     names = (config.scenario, *(name for name in config.splits if name != config.scenario))
     for name in names:
         if name not in scenarios.names():
@@ -255,7 +319,7 @@ def main(config: Config) -> None:
         prescribed_bound(histories).savefig(folder / "prescribed_bound.png", dpi=110)
     fault_gallery(scenario, flown[config.reference]).savefig(folder / "fault_kinds.png", dpi=80)
     report = [
-        f"# {config.scenario}: {', '.join(config.policies)}",
+        f"# {config.scenario}: {', '.join(flown)}",
         "Same episodes for every policy; 95 % bootstrap intervals.",
         "\n".join(f"- {line}" for line in lists),
         *(part for title, cells in tables.items() for part in (f"## {title}", markdown(cells))),

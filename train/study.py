@@ -28,7 +28,7 @@ from tqdm import tqdm
 from ftac_gym import scenarios
 from ftac_gym.evaluation import Evaluation, evaluate
 from ftac_gym.evaluation.metrics import SHARES
-from ftac_gym.evaluation.statistics import interquartile_mean, mean, paired_differences, stratified_estimate
+from ftac_gym.evaluation.statistics import interquartile_mean, mean, stratified_difference, stratified_estimate
 from ftac_gym.evaluation.tables import Cells, markdown, number, verdict
 from ftac_gym.scenarios import frozen
 
@@ -93,7 +93,17 @@ def words(config: Config, action: str, memory: str) -> list[str]:
     order = (acting, MEMORIES[memory]) if memory == "history" else (MEMORIES[memory], acting)
     steps = config.direct_steps if action == "direct" else config.steps
     wrappers = [wrapper for wrapper in order if wrapper is not None]
-    return ["--wrappers", *wrappers, "--total-steps", str(steps), "--evaluate-every", str(steps // 4), *recipe]
+    return [
+        "--wrappers",
+        *wrappers,
+        "--total-steps",
+        str(steps),
+        "--evaluate-every",
+        str(steps // 2),
+        "--evaluation-episodes",
+        "300",
+        *recipe,
+    ]
 
 
 def train(config: Config, action: str, memory: str, seed: int) -> None:
@@ -157,7 +167,7 @@ def main(config: Config) -> None:
             statistic = mean if metric in SHARES else interquartile_mean
             row.append(number(stratified_estimate(values(name, metric), statistic)))
             if name != BASE:
-                difference = paired_differences(values(name, metric), values(BASE, metric))
+                difference = stratified_difference(values(name, metric), values(BASE, metric))
                 change.append(verdict(metric, difference))
         cards = [json.loads((config.folder / name / f"seed_{seed}" / "agent" / "card.json").read_text())
                  for seed in range(config.seeds if name != BASE else 0)]  # fmt: skip

@@ -36,11 +36,11 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 import ftac_gym
 from ftac_gym import scenarios
-from ftac_gym.evaluation.agent import CARD_FILE, MODEL_FILE, NORMALIZER_FILE, Interface, load_model
+from ftac_gym.evaluation.agent import CARD_FILE, EVALUATIONS_FILE, MODEL_FILE, NORMALIZER_FILE, Interface, load_model
 from ftac_gym.parameters import require
 from ftac_gym.scenario import Scenario
 from ftac_gym.training.algorithms import build
-from ftac_gym.training.keeper import EVALUATIONS_FILE, Keeper, Schedule, checkpoints
+from ftac_gym.training.keeper import Keeper, Schedule, checkpoints
 from ftac_gym.training.recipe import Recipe, parse_values, parse_words, read_recipe, written_out
 from ftac_gym.wrappers import SB3VecEnv
 

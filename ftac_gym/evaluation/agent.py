@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import json
 import pickle
@@ -14,7 +15,9 @@ import numpy.typing as npt
 from gymnasium.vector import VectorEnv
 
 from ftac_gym import wrappers
+from ftac_gym.baselines import observers
 from ftac_gym.envs import SpacecraftFTCVectorEnv
+from ftac_gym.envs.observation import TIERS
 from ftac_gym.parameters import require
 
 if TYPE_CHECKING:
@@ -27,6 +30,8 @@ SHIPPED = Path(__file__).parent.parent / "agents"
 MODEL_FILE = "model.zip"
 NORMALIZER_FILE = "normalizer.pkl"
 CARD_FILE = "card.json"
+
+EVALUATIONS_FILE = "evaluations.csv"
 
 TRUTH = ("FaultEstimateObservation", {"source": "truth"})
 """The wrapper that shows what the faults really do."""
@@ -68,9 +73,15 @@ class Interface:
 
     @property
     def information(self) -> str:
-        """The tier of what the actor knows: the observation's, or ``"oracle"`` if a wrapper tells it the truth."""
-        told = any(name == TRUTH[0] and arguments.get("source") == "truth" for name, arguments in self.wrappers)
-        return "oracle" if told else self.observation
+        """The tier of what the actor knows: the observation's, or more if a wrapper or its base knows more."""
+        known = {self.observation}
+        for _, arguments in self.wrappers:
+            source = arguments.get("source", arguments.get("faults"))
+            if source == TRUTH[1]["source"]:
+                known.add("oracle")
+            elif source in observers.names():
+                known.add(observers.information(source))
+        return max(known, key=TIERS.index)
 
     def wrap(self, env: Any) -> Any:
         """Return the environment as the actor sees it, single or vector."""
@@ -219,6 +230,39 @@ class Agent:
             held = decided if held is None else np.where(due[:, None], decided, held)
             memory = _chosen(due, thought, memory)
         return held, (np.where(due, self.interface.hold, waiting) - 1, held, memory)
+
+
+def evaluations(folder: Path) -> list[dict[str, float]]:
+    """Return the evaluations on the way of a training run, oldest first; none if there is no file of them."""
+    path = folder / EVALUATIONS_FILE
+    if not path.exists():
+        return []
+    with path.open() as file:
+        return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+
+
+def seeds(folder: Path) -> list[Path]:
+    """Return the folders of the training seeds in a folder of one design, in their order."""
+    return sorted(folder.glob("seed_*"), key=lambda path: int(path.name.removeprefix("seed_")))
+
+
+def designs() -> list[str]:
+    """Return the names of the designs that come with the package."""
+    return sorted(path.name for path in SHIPPED.iterdir() if seeds(path))
+
+
+def shipped(design: str) -> Path:
+    """Return the folder of an agent that comes with the package: of its seeds, the best in its own evaluations.
+
+    Those episodes are neither of training nor of the test.
+
+    Raises
+    ------
+    ValueError
+        If there is no such design; the message lists those that there are.
+    """
+    require(design in designs(), "agent", f"must be one of {designs()}", design)
+    return max(seeds(SHIPPED / design), key=lambda path: max(row["mean_return"] for row in evaluations(path)))
 
 
 def _chosen(due: npt.NDArray[np.bool_], new: Any, old: Any) -> Any:

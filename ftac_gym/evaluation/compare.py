@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -15,7 +15,7 @@ import numpy.typing as npt
 import ftac_gym
 from ftac_gym.episodes import Episodes
 from ftac_gym.evaluation.metrics import SHARES, Metrics
-from ftac_gym.evaluation.rollout import resolve_policy, rollout
+from ftac_gym.evaluation.rollout import Contestant, resolve_policy, rollout
 from ftac_gym.evaluation.statistics import Estimate, estimate, interquartile_mean, mean, paired_difference
 from ftac_gym.faults import FaultKind
 from ftac_gym.parameters import FloatArray
@@ -51,6 +51,70 @@ class Evaluation:
     attitude_error: npt.NDArray[np.float32]
 
 
+BatchResult = dict[str, npt.NDArray[Any]]
+"""What is kept of a batch: arrays (N,) by metric, and ``attitude_error`` (T + 1, N) [deg]."""
+
+
+def batches(episodes: Episodes) -> list[Episodes]:
+    """Cut episodes into batches."""
+    return [episodes[start : start + BATCH] for start in range(0, len(episodes), BATCH)]
+
+
+def fly_batch(scenario: Scenario, contestant: Contestant, batch: Episodes) -> BatchResult:
+    """Run a contestant through a batch."""
+    history = rollout(scenario, contestant, batch)
+    return {**history.metrics(), "attitude_error": np.degrees(history.attitude_error).astype(np.float32)}
+
+
+def batch_file(folder: Path | None, contestant: Contestant, scenario: Scenario, batch: str) -> Path | None:
+    """Return where the result of a batch lies or shall lie; None if it is not kept.
+
+    Parameters
+    ----------
+    folder
+        Folder of the batches; None keeps nothing.
+    contestant
+        Who flies; one without a fingerprint cannot be told from others, and nothing of it is kept.
+    scenario
+        The task.
+    batch
+        Digest of the episodes.
+    """
+    fingerprint = getattr(contestant, "fingerprint", None)
+    if folder is None or fingerprint is None:
+        return None
+    identity = f"{code_digest()} {fingerprint} {scenario.to_json()} {batch}"
+    return folder / f"{hashlib.sha256(identity.encode()).hexdigest()[:20]}.npz"
+
+
+def read_batch(path: Path | None) -> BatchResult | None:
+    """Return the result in a file; None if there is none."""
+    if path is None or not path.exists():
+        return None
+    with np.load(path) as data:
+        return dict(data)
+
+
+def write_batch(path: Path | None, result: BatchResult) -> None:
+    """Write a result to a file, which appears whole or not at all; nothing without a path."""
+    if path is None:
+        return
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_suffix(".partial")
+    with partial.open("wb") as file:
+        np.savez_compressed(file, **result)  # type: ignore[arg-type]
+    partial.rename(path)
+
+
+def assembled(name: str, results: Sequence[BatchResult]) -> Evaluation:
+    """Join the results of all batches, in the order of the episodes."""
+    histories = np.concatenate([result["attitude_error"] for result in results], axis=1)
+    metrics = {
+        key: np.concatenate([result[key] for result in results]) for key in results[0] if key != "attitude_error"
+    }
+    return Evaluation(name, metrics, histories)
+
+
 def evaluate(
     scenario: Scenario,
     policy: Any,
@@ -77,34 +141,18 @@ def evaluate(
     progress
         Called with the number of episodes finished.
     """
-    label = name if name is not None else str(policy)
     contestant = resolve_policy(policy)
-    fingerprint = getattr(contestant, "fingerprint", None)
     finished = []
-    for start in range(0, len(episodes), BATCH):
-        batch = episodes[start : start + BATCH]
-        path = None
-        if folder is not None and fingerprint is not None:
-            identity = f"{code_digest()} {fingerprint} {scenario.to_json()} {batch.digest()}"
-            path = folder / f"{hashlib.sha256(identity.encode()).hexdigest()[:20]}.npz"
-        if path is not None and path.exists():
-            with np.load(path) as data:
-                result = dict(data)
-        else:
-            history = rollout(scenario, contestant, batch)
-            result = {**history.metrics(), "attitude_error": np.degrees(history.attitude_error).astype(np.float32)}
-            if path is not None:
-                path.parent.mkdir(parents=True, exist_ok=True)
-                partial = path.with_suffix(".partial")
-                with partial.open("wb") as file:
-                    np.savez_compressed(file, **result)
-                partial.rename(path)
+    for batch in batches(episodes):
+        path = batch_file(folder, contestant, scenario, batch.digest())
+        result = read_batch(path)
+        if result is None:
+            result = fly_batch(scenario, contestant, batch)
+            write_batch(path, result)
         finished.append(result)
         if progress is not None:
             progress(len(batch))
-    histories = np.concatenate([result.pop("attitude_error") for result in finished], axis=1)
-    metrics = {key: np.concatenate([result[key] for result in finished]) for key in finished[0]}
-    return Evaluation(label, metrics, histories)
+    return assembled(name if name is not None else str(policy), finished)
 
 
 @dataclass(frozen=True)

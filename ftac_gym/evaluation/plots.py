@@ -10,6 +10,7 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ftac_gym.episodes import Episodes
 from ftac_gym.evaluation.compare import Evaluation
 from ftac_gym.evaluation.rollout import Rollout
 from ftac_gym.faults import FaultKind, fault_effect
@@ -149,10 +150,15 @@ def prescribed_bound(histories: Mapping[str, Rollout]) -> Figure:
 
 def describe_faults(history: Rollout) -> str:
     """Return the faults of a rollout's first episode in words."""
+    return faults_in_words(history.episodes, 0)
+
+
+def faults_in_words(episodes: Episodes, index: int) -> str:
+    """Return what is wrong in an episode, and from when on, in words."""
     words = []
-    for wheel, layers in enumerate(history.episodes.faults[0]):
+    for wheel, layers in enumerate(episodes.faults[index]):
         words += [f"wheel {wheel}: {_in_words(record)}" for record in layers if record["kind"] > 0]
-    words += [_in_words(record) for record in history.episodes.sensor_faults[0] if record["kind"] > 0]
+    words += [_in_words(record) for record in episodes.sensor_faults[index] if record["kind"] > 0]
     return "; ".join(words) if words else "healthy"
 
 

@@ -17,13 +17,19 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
-from ftac_gym.evaluation.agent import CARD_FILE, MODEL_FILE, NORMALIZER_FILE, Agent, Interface
+from ftac_gym.evaluation.agent import (
+    CARD_FILE,
+    EVALUATIONS_FILE,
+    MODEL_FILE,
+    NORMALIZER_FILE,
+    Agent,
+    Interface,
+    evaluations,
+)
 from ftac_gym.evaluation.metrics import summarize
 from ftac_gym.evaluation.rollout import rollout
 from ftac_gym.scenario import Scenario
 from ftac_gym.training.algorithms import let_actor_learn
-
-EVALUATIONS_FILE = "evaluations.csv"
 
 
 @dataclass(frozen=True)
@@ -170,15 +176,6 @@ class Keeper(BaseCallback):
             if new:
                 writer.writeheader()
             writer.writerow(row)
-
-
-def evaluations(folder: Path) -> list[dict[str, float]]:
-    """Return the evaluations of a run, oldest first."""
-    path = folder / EVALUATIONS_FILE
-    if not path.exists():
-        return []
-    with path.open() as file:
-        return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
 
 
 def checkpoints(folder: Path) -> list[Path]:

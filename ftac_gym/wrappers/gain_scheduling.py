@@ -49,9 +49,10 @@ class _SchedulingStage(Stage):
         for name, pair in given.items():
             require(name in law.schedulable, "ranges", f"must be of gains among {sorted(law.schedulable)}", name)
             low, high = _pair(pair, f"ranges[{name!r}]")
+            require(low > 0.0, f"ranges[{name!r}]", "must start above zero", low)
             own = point[name]
             rule = f"must lie strictly inside its range ({low:g}, {high:g})"
-            require(0.0 < low < own < high, f"{name} of {base}", rule, own)
+            require(low < own < high, f"{name} of {base}", rule, own)
             for end in (low, high):
                 # What the law's own constructor refuses is refused here.
                 with fields_named(**{f"{base}:": f"ranges[{name!r}] of {base}:"}):

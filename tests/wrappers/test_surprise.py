@@ -29,7 +29,7 @@ def differences(scenario, **changes):
     found, done = [], False
     while not done:
         base, _ = policy.predict(observation)
-        authority = residual.base.combine(np.ones(4)) - residual.base.action
+        authority = residual.base.command(np.ones(4)) - residual.base.action
         np.testing.assert_allclose(residual.base.action[0], base, atol=1e-12)
         found.append(np.abs(authority).max())
         observation, _, _, done, _ = plain.step(base)

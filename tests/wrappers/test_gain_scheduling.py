@@ -1,0 +1,258 @@
+"""Gain scheduling: zero is the base bit for bit, the ends are the ends, and every craft has its own gains."""
+
+import itertools
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+
+from ftac_gym import baselines, scenarios
+from ftac_gym.baselines.search import scheduled_share
+from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
+from ftac_gym.initial_state import InitialState
+from ftac_gym.wrappers import GainScheduling, ObservationHistory, ResidualPolicy, schedulable_bases
+
+CRAFT, WHEELS = 4, 4
+SETTINGS = {"duration": 2.0, "tumble_rate": 0.016}  # s, rad/s
+MODES = [mode.value for mode in AutoresetMode]
+BASES = [name for name in schedulable_bases() if name != "pd_shaped"]
+makers = pytest.mark.parametrize("make", [SpacecraftFTCEnv, lambda **a: SpacecraftFTCVectorEnv(2, **a)])
+
+
+def native(mode, **arguments):
+    return SpacecraftFTCVectorEnv(CRAFT, autoreset_mode=mode, **{**SETTINGS, **arguments})
+
+
+def test_names():
+    assert {"pd", "pd_dob", "nftsm", "nftsm_observer", "pd_shaped"} <= set(schedulable_bases())
+    assert "nftsm_oracle" not in schedulable_bases() and "hsfc" not in schedulable_bases()
+
+
+@pytest.mark.parametrize("gains", ["default", "tuned"])
+@pytest.mark.parametrize("name", ["pd", "pd_dob", "nftsm", "nftsm_observer"])
+def test_zero_is_the_base_in_a_single_environment(name, gains):
+    plain, env = (SpacecraftFTCEnv(**SETTINGS) for _ in range(2))
+    env = GainScheduling(env, name, gains=gains)
+    policy = baselines.make(name, plain.scenario, gains=gains).as_policy(plain)
+    ends, zero = 0, np.zeros(env.action_space.shape, dtype=np.float32)
+    result, expected = env.reset(seed=3), plain.reset(seed=3)
+    for _ in range(60):
+        np.testing.assert_array_equal(result[0], expected[0])
+        action, _ = policy.predict(expected[0])
+        result, expected = env.step(zero), plain.step(action)
+        assert result[1:] == expected[1:]
+        if expected[2] or expected[3]:
+            ends += 1
+            result, expected = env.reset(), plain.reset()
+    assert ends >= 3
+
+
+@pytest.mark.parametrize("name", BASES)
+@pytest.mark.parametrize("mode", MODES)
+def test_zero_is_the_base_in_a_vector_environment(mode, name):
+    plain, env = native(mode), GainScheduling(native(mode), name)
+    policy = baselines.make(name, plain.scenario, CRAFT).as_policy(plain)
+    zero, ends = np.zeros(env.action_space.shape), 0
+    (observation, _), (result, _) = plain.reset(seed=3), env.reset(seed=3)
+    for _ in range(60):
+        action, _ = policy.predict(observation)
+        observation, reward, terminated, truncated, infos = plain.step(action)
+        result, *others, got = env.step(zero)
+        np.testing.assert_array_equal(result, observation)
+        for mine, wanted in zip(others, (reward, terminated, truncated), strict=True):
+            np.testing.assert_array_equal(mine, wanted)
+        done = terminated | truncated
+        ends += done.sum()
+        for craft in np.flatnonzero(infos.get("_final_obs", [])):
+            np.testing.assert_array_equal(got["final_obs"][craft], infos["final_obs"][craft])
+        if mode == "Disabled" and done.any():  # the others have not acted on this measurement yet
+            some = {"reset_mask": done}
+            (observation, _), (result, _) = plain.reset(options=some), env.reset(options=some)
+            np.testing.assert_array_equal(result, observation)
+    assert ends >= 8
+
+
+def test_the_law_for_flexible_craft():
+    plain, env = SpacecraftFTCEnv("flexible"), GainScheduling(SpacecraftFTCEnv("flexible"), "pd_shaped", gains="tuned")
+    policy = baselines.make("pd_shaped", plain.scenario, gains="tuned").as_policy(plain)
+    result, expected = env.reset(seed=0), plain.reset(seed=0)
+    for _ in range(20):
+        np.testing.assert_array_equal(result[0], expected[0])
+        action, _ = policy.predict(expected[0])
+        result, expected = env.step(np.zeros(env.action_space.shape)), plain.step(action)
+    assert np.isfinite(env.step(np.ones(env.action_space.shape))[0]).all()
+    assert "rate_limit" not in env.stage.gains
+
+
+def test_the_action_is_geometric_within_the_range():
+    ranges = {"rate_limit": [0.1, 0.3], "rate_gain": (3.0, 9.5)}
+    env = GainScheduling(SpacecraftFTCEnv(), "pd", ranges, rate_limit=0.2)
+    own = baselines.defaults("pd")["rate_gain"]
+    assert env.stage.gains == ("rate_limit", "rate_gain") and env.action_space.shape == (2,)
+    for action, expected in (
+        ((0.0, 0.0), (0.2, own)),
+        ((1.0, -1.0), (0.3, 3.0)),
+        ((-1.0, 1.0), (0.1, 9.5)),
+        ((0.5, -0.5), (np.sqrt(0.2 * 0.3), np.sqrt(own * 3.0))),
+        ((7.0, -7.0), (0.3, 3.0)),  # beyond the space
+    ):
+        np.testing.assert_allclose(env.stage.values(np.array([action]))[0], expected, rtol=1e-14)
+
+
+@pytest.mark.parametrize("name", BASES)
+def test_scheduled_gains_are_those_of_a_law_that_is_built_with_them(name):
+    """Random gains for each craft, in flight, and all corners: no combination is refused by the law's own rules."""
+    near = InitialState.fixed((np.cos(0.05), 0.0, np.sin(0.05), 0.0), (0.0, 0.0, 0.005))  # wheels below their limits
+    env = GainScheduling(native("NextStep", duration=10.0, tumble_rate=None, initial_state=near), name)
+    env.reset(seed=1)
+    law, scenario, random = baselines.law(name), env.unwrapped.scenario, np.random.default_rng(0)
+    count = len(env.stage.gains)
+    corners = np.array(list(itertools.product((-1.0, 1.0), repeat=count)))
+    rows = np.concatenate([corners, random.uniform(-1.0, 1.0, (CRAFT, count))])
+    rows = rows[: len(rows) // CRAFT * CRAFT].reshape(-1, CRAFT, count)
+    everyone, spread = np.ones(CRAFT, dtype=bool), []
+    for actions in rows:
+        measurement, values = env.unwrapped.measurement(), env.stage.values(actions)
+        memory = env.stage.baseline.memory.copy()
+        env.step(actions)
+        sent = env.unwrapped.measurement().last_command
+        for craft in range(CRAFT):
+            point = dict(zip(env.stage.gains, values[craft].tolist(), strict=True))
+            built = baselines.make(name, scenario, CRAFT, **law.gains_at(point))
+            built.memory.restore(memory, everyone)
+            expected = built.act(measurement)
+            np.testing.assert_allclose(sent[craft], expected[craft], rtol=1e-9, atol=1e-12)
+            spread.append(np.abs(sent - expected).max())
+    assert np.median(spread) > 1e-3, "the gains of another craft are another thing"
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("name", ["pd_dob", "nftsm_observer"])
+def test_a_vector_equals_single_environments(name, mode):
+    vector = GainScheduling(native(mode), name)
+    singles = [GainScheduling(SpacecraftFTCEnv(**SETTINGS), name) for _ in range(CRAFT)]
+    random = np.random.default_rng(0)
+    rows = [env.reset(seed=9 + craft)[0] for craft, env in enumerate(singles)]
+    observation, _ = vector.reset(seed=9)
+    waiting, ends = np.zeros(CRAFT, dtype=bool), 0
+    for _ in range(60):
+        np.testing.assert_allclose(observation, rows, rtol=1e-6, atol=1e-6)
+        actions = random.uniform(-1.0, 1.0, vector.action_space.shape)
+        observation, reward, terminated, truncated, infos = vector.step(actions)
+        done = terminated | truncated
+        for craft, env in enumerate(singles):
+            if waiting[craft]:
+                rows[craft], _ = env.reset()
+                continue
+            rows[craft], single_reward, *ended, _ = env.step(actions[craft])
+            assert single_reward == pytest.approx(reward[craft], rel=1e-9, abs=1e-9)
+            assert [terminated[craft], truncated[craft]] == ended
+            if done[craft] and mode != "NextStep":
+                if mode == "SameStep":
+                    np.testing.assert_allclose(infos["final_obs"][craft], rows[craft], rtol=1e-6, atol=1e-6)
+                rows[craft], _ = env.reset()
+        waiting = done & (mode == "NextStep")
+        ends += done.sum()
+        if mode == "Disabled" and done.any():
+            observation, _ = vector.reset(options={"reset_mask": done})
+    assert ends >= 8
+
+
+@makers
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"base": "lqr"}, "baseline must be one of .*'lqr'"),
+        ({"base": "hsfc"}, r"base must have gains to schedule, as \['nftsm', .*'pd_dob'.*\] have, got 'hsfc'"),
+        ({"base": "nftsm_oracle"}, "base must not be an oracle"),
+        ({"beauty": 1.0}, "gains of pd_dob.*beauty"),
+        ({"ranges": {"beauty": (1.0, 2.0)}}, r"ranges must be of gains among \['bandwidth', .*\], got 'beauty'"),
+        ({"ranges": {"attitude_filter_time": (1.0, 2.0)}}, "ranges must be of gains among"),
+        ({"base": "pd", "ranges": {"bandwidth": (1.0, 9.0)}}, "ranges must be of gains among"),
+        ({"ranges": {}}, "ranges must map at least one gain to a pair"),
+        ({"ranges": ["rate_gain"]}, "ranges must map at least one gain to a pair"),
+        ({"ranges": {"rate_gain": 3.0}}, r"ranges\['rate_gain'\] must be a pair \(low, high\), got 3.0"),
+        ({"ranges": {"rate_gain": (3.0, 8.0, 9.0)}}, r"ranges\['rate_gain'\] must be a pair"),
+        ({"ranges": {"rate_gain": (3.0, "high")}}, r"ranges\['rate_gain'\] must be a number, got 'high'"),
+        (
+            {"ranges": {"rate_gain": (8.0, 9.0)}},
+            r"rate_gain of pd_dob must lie strictly inside its range \(8, 9\), got 7",
+        ),
+        ({"ranges": {"rate_gain": (9.0, 3.0)}}, "rate_gain of pd_dob must lie strictly inside its range"),
+        ({"ranges": {"rate_gain": (0.0, 9.0)}}, r"ranges\['rate_gain'\] must start above zero, got 0.0"),
+        ({"rate_limit": 0.3}, r"rate_limit of pd_dob must lie strictly inside its range \(0.08, 0.3\), got 0.3"),
+        (
+            {"ranges": {"braking_share": (0.4, 1.1)}},
+            r"ranges\['braking_share'\] of pd_dob: braking_share must not exceed",
+        ),
+        ({"ranges": {"position_share": (0.4, 1.1)}}, r"ranges\['position_share'\] of pd_dob: .* below rate_gain"),
+    ],
+)
+def test_bad_arguments(make, arguments, message):
+    with pytest.raises(ValueError, match=message):
+        GainScheduling(make(), **arguments)
+
+
+@makers
+@pytest.mark.parametrize(
+    ("outer", "inner"), [(GainScheduling, ResidualPolicy), (ResidualPolicy, GainScheduling), (GainScheduling,) * 2]
+)
+def test_one_wrapper_acts_on_the_wheels(make, outer, inner):
+    with pytest.raises(ValueError, match="env must take commands to the wheels: one wrapper can act on them"):
+        outer(ObservationHistory(inner(make())))
+
+
+@makers
+def test_bad_actions(make):
+    env = GainScheduling(make())
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match=r"actions? must have shape \((2, )?5,?\), got \(4,\)"):
+        env.step(np.zeros(4))
+    with pytest.raises(ValueError, match="action must be finite"):
+        env.step(np.full(env.action_space.shape, np.nan))
+
+
+def test_foreign_environments():
+    with pytest.raises(ValueError, match="env must be an environment of ftac_gym"):
+        GainScheduling(gym.make("Pendulum-v1"))
+
+
+@pytest.mark.parametrize("name", BASES)
+def test_schedule_of_a_law(name):
+    scenario = scenarios.get("flagship")
+    law, own = baselines.make(name, scenario, 2), baselines.make(name, scenario, 2)
+    env = SpacecraftFTCVectorEnv(2)
+    env.reset(seed=0)
+    measurement, gain = env.measurement(), "rate_gain"
+    expected = own.act(measurement)
+    law.schedule({gain: np.array([3.0, 9.0])})
+    law.reset()
+    assert (law.act(measurement) != expected).any(axis=1).all(), "a reset keeps the gains"
+    law.reset()
+    law.schedule({})
+    np.testing.assert_array_equal(law.act(measurement), expected)
+    for values in ([3.0], [3.0, 0.0], [3.0, np.nan], [3.0, np.inf], 3.0):
+        with pytest.raises(ValueError, match="rate_gain must be 2 positive numbers"):
+            law.schedule({gain: np.array(values)})
+    with pytest.raises(
+        ValueError, match=f"scheduled gain of {type(law).__name__} must be among .*'rate_gain'.*got 'mood'"
+    ):
+        law.schedule({"mood": np.ones(2)})
+
+
+def test_the_own_share_gives_the_own_gain_to_the_bit():
+    random = np.random.default_rng(0)
+    limit = random.uniform(1.0, 9.0, 1000)
+    own = limit * random.uniform(0.1, 0.9, 1000)
+    assert (own / limit * limit != own).any()  # not of itself
+    found = [scheduled_share(*pair, np.array([pair[0] / pair[1]]), pair[1])[0] for pair in zip(own, limit, strict=True)]
+    np.testing.assert_array_equal(found, own)
+    np.testing.assert_allclose(scheduled_share(3.0, 6.0, np.array([0.5, 0.25]), np.array([8.0, 4.0])), [4.0, 1.0])
+
+
+def test_a_law_without_schedulable_gains():
+    law = baselines.make("hsfc", scenarios.get("flagship"))
+    law.schedule({})
+    with pytest.raises(ValueError, match=r"scheduled gain of HSFC must be among \[\], got 'rate_gain'"):
+        law.schedule({"rate_gain": np.ones(1)})
