@@ -38,9 +38,9 @@ from ftac_gym import baselines, scenarios
 from ftac_gym.baselines import tuned
 from ftac_gym.episodes import Episodes
 from ftac_gym.evaluation import BaselineContestant, Evaluation, Row, compare, evaluate, fault_classes, rollout
-from ftac_gym.evaluation.agent import SHIPPED, designs, shipped
 from ftac_gym.evaluation.benchmark import fly, frozen_episodes
 from ftac_gym.evaluation.contestants import ALL, TUNED, entries_of
+from ftac_gym.evaluation.designs import SHIPPED, designs, shipped
 from ftac_gym.evaluation.gallery import fault_gallery
 from ftac_gym.evaluation.metrics import UNITS
 from ftac_gym.evaluation.plots import episode as draw_episode

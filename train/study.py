@@ -70,7 +70,7 @@ class Config:
     """Agents of each combination."""
     workers: int = 2
     """Trainings side by side, one thread each."""
-    steps: int = 2_000_000
+    steps: int = 1_000_000
     """Decisions of each agent on a base."""
     direct_steps: int = 6_000_000
     """Decisions of each direct agent."""

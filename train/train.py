@@ -36,7 +36,8 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 import ftac_gym
 from ftac_gym import scenarios
-from ftac_gym.evaluation.agent import CARD_FILE, EVALUATIONS_FILE, MODEL_FILE, NORMALIZER_FILE, Interface, load_model
+from ftac_gym.evaluation.agent import CARD_FILE, MODEL_FILE, NORMALIZER_FILE, Interface, load_model
+from ftac_gym.evaluation.designs import EVALUATIONS_FILE
 from ftac_gym.parameters import require
 from ftac_gym.scenario import Scenario
 from ftac_gym.training.algorithms import build

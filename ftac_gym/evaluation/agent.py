@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import hashlib
 import json
 import pickle
@@ -24,14 +23,9 @@ if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
     from stable_baselines3.common.vec_env import VecNormalize
 
-SHIPPED = Path(__file__).parent.parent / "agents"
-"""Where the agents that come with the package lie: a folder for each design, in it one for each training seed."""
-
 MODEL_FILE = "model.zip"
 NORMALIZER_FILE = "normalizer.pkl"
 CARD_FILE = "card.json"
-
-EVALUATIONS_FILE = "evaluations.csv"
 
 TRUTH = ("FaultEstimateObservation", {"source": "truth"})
 """The wrapper that shows what the faults really do."""
@@ -230,39 +224,6 @@ class Agent:
             held = decided if held is None else np.where(due[:, None], decided, held)
             memory = _chosen(due, thought, memory)
         return held, (np.where(due, self.interface.hold, waiting) - 1, held, memory)
-
-
-def evaluations(folder: Path) -> list[dict[str, float]]:
-    """Return the evaluations on the way of a training run, oldest first; none if there is no file of them."""
-    path = folder / EVALUATIONS_FILE
-    if not path.exists():
-        return []
-    with path.open() as file:
-        return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
-
-
-def seeds(folder: Path) -> list[Path]:
-    """Return the folders of the training seeds in a folder of one design, in their order."""
-    return sorted(folder.glob("seed_*"), key=lambda path: int(path.name.removeprefix("seed_")))
-
-
-def designs() -> list[str]:
-    """Return the names of the designs that come with the package."""
-    return sorted(path.name for path in SHIPPED.iterdir() if seeds(path))
-
-
-def shipped(design: str) -> Path:
-    """Return the folder of an agent that comes with the package: of its seeds, the best in its own evaluations.
-
-    Those episodes are neither of training nor of the test.
-
-    Raises
-    ------
-    ValueError
-        If there is no such design; the message lists those that there are.
-    """
-    require(design in designs(), "agent", f"must be one of {designs()}", design)
-    return max(seeds(SHIPPED / design), key=lambda path: max(row["mean_return"] for row in evaluations(path)))
 
 
 def _chosen(due: npt.NDArray[np.bool_], new: Any, old: Any) -> Any:

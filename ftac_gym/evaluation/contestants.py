@@ -14,6 +14,7 @@ import numpy as np
 from ftac_gym import baselines
 from ftac_gym.baselines import tuned
 from ftac_gym.envs import SpacecraftFTCVectorEnv
+from ftac_gym.evaluation.designs import evaluations, seeds
 from ftac_gym.evaluation.rollout import BaselineContestant, Contestant, resolve_policy
 from ftac_gym.parameters import require
 from ftac_gym.scenario import Scenario
@@ -164,7 +165,7 @@ def _every_baseline(scenario: Scenario) -> list[Entry]:
 
 def _agent(path: Path) -> Entry:
     # PyTorch is imported only if an agent flies.
-    from ftac_gym.evaluation.agent import CARD_FILE, Agent, evaluations, seeds
+    from ftac_gym.evaluation.agent import CARD_FILE, Agent
 
     folders = seeds(path) or [path]
     homes = [folder / "agent" if (folder / "agent").is_dir() else folder for folder in folders]

@@ -17,15 +17,8 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
-from ftac_gym.evaluation.agent import (
-    CARD_FILE,
-    EVALUATIONS_FILE,
-    MODEL_FILE,
-    NORMALIZER_FILE,
-    Agent,
-    Interface,
-    evaluations,
-)
+from ftac_gym.evaluation.agent import CARD_FILE, MODEL_FILE, NORMALIZER_FILE, Agent, Interface
+from ftac_gym.evaluation.designs import EVALUATIONS_FILE, evaluations
 from ftac_gym.evaluation.metrics import summarize
 from ftac_gym.evaluation.rollout import rollout
 from ftac_gym.scenario import Scenario

@@ -138,8 +138,8 @@ def _profiles(results: Results, styles: Mapping[str, Look]) -> Picture:
     grey = f" The other {rest} entries are grey." if rest else ""
     caption = (
         "Share of feasible episodes in which the craft is on target to stay after so many seconds, with 95 % bands. "
-        f"Agents are solid, baselines dashed, bounds dotted, {results.benchmark.reference} in the colour of text.{grey} Success takes "
-        f"{hold:g} s on target: who settles after the dotted line is too late."
+        f"Agents are solid, baselines dashed, bounds dotted, {results.benchmark.reference} in the "
+        f"colour of text.{grey} Success takes {hold:g} s on target: who settles after the dotted line is too late."
     )
     return Picture(svg(figure), caption)
 
