@@ -75,6 +75,8 @@ class Interface:
                 known.add("oracle")
             elif source in observers.names():
                 known.add(observers.information(source))
+            if arguments.get("telemetry"):
+                known.add("telemetry")
         return max(known, key=TIERS.index)
 
     def wrap(self, env: Any) -> Any:

@@ -67,7 +67,8 @@ def test_equals_single_environments(mode, name, tier):
             )
         steps += 1
         assert steps < 500
-    if native.scenario.initial_state.attitude is None:  # From one start, all episodes end alike.
+    # From one start, or on target at rest, all episodes end alike.
+    if native.scenario.initial_state.attitude is None and name != "flagship_pointing":
         assert lonely and kinds == {"terminated", "truncated"}
 
 

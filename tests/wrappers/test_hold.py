@@ -1,5 +1,6 @@
 """Holding an action for several control periods: in the adapter for training, and in the agent that flies."""
 
+import gymnasium as gym
 import numpy as np
 import pytest
 
@@ -66,6 +67,9 @@ def test_bad_hold(hold):
 
 class Counting:
     """Stands for a model: its action is how often it was asked."""
+
+    observation_space = gym.spaces.Box(-1.0, 1.0, (5,))
+    policy = None
 
     def __init__(self):
         self.asked = 0

@@ -135,7 +135,7 @@ def test_training():
     assert model.num_timesteps == 128
 
 
-@every
+@some
 def test_checkers(stack):
     with warnings.catch_warnings():
         # Gymnasium warns of any wrapper around the environment that it checks.
