@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -61,13 +62,12 @@ class Curve:
 def looks(agents: Sequence[str], baselines: Sequence[str], bounds: Sequence[str], reference: str) -> dict[str, Look]:
     """Return how entries are drawn: agents solid, baselines dashed, bounds dotted, the reference in the text's colour.
 
-    The first six of each kind have different colours.
+    Colours go round: the first six, agents before baselines, have different ones.
     """
-    colors = COLORS[:-1]  # The last is that of text.
-    found = {}
+    colors = cycle(COLORS[:-1])  # The last is that of text.
+    found: dict[str, Look] = {}
     for names, line, width in ((agents, "-", 2.2), (baselines, "--", 1.4), (bounds, ":", 1.8)):
-        for index, name in enumerate(name for name in names if name != reference):
-            found[name] = Look(colors[index % len(colors)], line, width)
+        found |= {name: Look(next(colors), line, width) for name in names if name != reference}
     return {**found, reference: Look(INK, "-", 2.0)}
 
 
@@ -199,7 +199,7 @@ def profiles(
         Time at which a line is drawn [s].
     """
     small = len(panels) - 1
-    across = min(3, max(1, small))
+    across = min(3, max(2, small))
     rows = -(-small // across)
     height = max(4.2, 0.9 + 0.17 * len(names))
     figure = Figure(figsize=(WIDTH, height + 2.4 * rows), layout="constrained")

@@ -187,17 +187,18 @@ def _worst(results: Results) -> Section:
         else f"Feasible episodes in which {' and '.join(whose)} lose{'s' if len(whose) == 1 else ''} most time against "
         f"{reference}. The metrics are those of the seed that does worst there."
     )
-    hint = "The command flies the episode again with both and draws errors, wheels and the true fault to episode.png."
+    hint = "The commands fly the episodes again, the last number, and draw errors, wheels and the true fault to episode.png."
     blocks = [Block(text=[note, hint])]
     for number, split in enumerate(results.rows):
         if any(item.split == split for item in worst):
             table = tables.worst_table(results, split, worst)
-            blocks.append(Block(details=split, opened=number == 0, table=table))
+            commands = dict.fromkeys(item.command for item in worst if item.split == split and item.command)
+            blocks.append(Block(details=split, opened=number == 0, table=table, code="\n".join(commands)))
     return Section("worst", "Worst episodes", blocks)
 
 
 def _costs(results: Results) -> Section:
-    note = "One control step is one call of the policy, timed on the machine that flew the benchmark."
+    note = "A control step is all that a controller computes for one craft, its base and observers included."
     return Section("costs", "Costs", [Block(text=[note], table=tables.costs_table(results))])
 
 

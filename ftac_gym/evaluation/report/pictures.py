@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -38,7 +38,6 @@ class Picture:
 
 def draw(results: Results) -> dict[str, Picture]:
     """Draw all figures that there is something to show in, by the names of their files."""
-    styles = _styles(results)
     reference = results.benchmark.reference
     with drawing():
         found = {}
@@ -59,19 +58,21 @@ def draw(results: Results) -> dict[str, Picture]:
                 )
                 found[f"improvement_{metric}"] = Picture(svg(figure), caption)
         if results.profiles:
-            found["profiles"] = _profiles(results, styles)
+            found["profiles"] = _profiles(results)
         if agents := [entry for entry in results.entries() if any(entry.curves)]:
-            found["training"] = _training(agents, styles)
+            found["training"] = _training(agents, reference)
     return found
 
 
 def _styles(results: Results) -> dict[str, Look]:
-    def names(kind: str, bound: bool) -> list[str]:
-        # Those that are told apart come first, so that they have different colours.
-        found = [e.name for e in results.entries() if (e.role == "bound") == bound and (bound or e.kind == kind)]
-        return sorted(found, key=lambda name: name not in results.shown)
-
-    return figures.looks(names("agent", False), names("baseline", False), names("", True), results.benchmark.reference)
+    """Return how those entries are drawn that are told apart."""
+    told = [entry for entry in results.entries() if entry.name in results.shown]
+    bounds = [entry.name for entry in told if entry.role == "bound"]
+    agents, baselines = (
+        [entry.name for entry in told if entry.kind == kind and entry.name not in bounds]
+        for kind in ("agent", "baseline")
+    )
+    return figures.looks(agents, baselines, bounds, results.benchmark.reference)
 
 
 def _main(results: Results) -> Picture:
@@ -130,10 +131,10 @@ def _by_fault(results: Results) -> Picture:
     return Picture(svg(figure), caption)
 
 
-def _profiles(results: Results, styles: Mapping[str, Look]) -> Picture:
+def _profiles(results: Results) -> Picture:
     scenario = Scenario.from_json(results.benchmark.episodes[results.main].scenario_json)
     hold, latest = scenario.success.hold, scenario.duration - scenario.success.hold
-    figure = figures.profiles(results.profiles, styles, results.shown, latest)
+    figure = figures.profiles(results.profiles, _styles(results), results.shown, latest)
     rest = len(results.order) - len(results.shown)
     grey = f" The other {rest} entries are grey." if rest else ""
     caption = (
@@ -144,11 +145,12 @@ def _profiles(results: Results, styles: Mapping[str, Look]) -> Picture:
     return Picture(svg(figure), caption)
 
 
-def _training(agents: Sequence[Entry], styles: Mapping[str, Look]) -> Picture:
+def _training(agents: Sequence[Entry], reference: str) -> Picture:
     panels = {
         title: {agent.name: curve for agent in agents if (curve := training_curve(agent, column)) is not None}
         for column, title in TRAINING.items()
     }
+    styles = figures.looks([agent.name for agent in agents], [], [], reference)
     figure = figures.training({title: curves for title, curves in panels.items() if curves}, styles)
     caption = (
         "Evaluations during training, on episodes that neither training nor this report uses: mean over seeds, and "

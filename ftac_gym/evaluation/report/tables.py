@@ -109,7 +109,7 @@ def improvement_table(results: Results, metric: str) -> Table:
 
 
 def worst_table(results: Results, split: str, worst: Sequence[Worst]) -> Table:
-    """Return the worst episodes of a split, with the metrics of both and the command."""
+    """Return the worst episodes of a split, with the metrics of both."""
     lines = []
     reference = results.benchmark.reference
     for item in worst:
@@ -121,9 +121,8 @@ def worst_table(results: Results, split: str, worst: Sequence[Worst]) -> Table:
             own = number(item.own[metric])
             other = "" if alone else f"reference {number(item.reference[metric]).text}"
             cells.append(Cell(own.text, other, own.key))
-        cells.append(Cell(item.command, code=True) if item.command else Cell("no name or folder to load a policy from"))
         lines.append(Line([Cell(str(item.index)), *cells]))
-    return Table([Cell("episode"), Cell("entry"), Cell("faults"), *map(heading, SHOWN), Cell("replay")], lines)
+    return Table([Cell("episode"), Cell("entry"), Cell("faults"), *map(heading, SHOWN)], lines)
 
 
 def costs_table(results: Results) -> Table:
