@@ -20,7 +20,6 @@ Examples
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -37,12 +36,12 @@ from rich.table import Table
 from ftac_gym import baselines, scenarios
 from ftac_gym.baselines import tuned
 from ftac_gym.episodes import Episodes
-from ftac_gym.evaluation import BaselineContestant, Evaluation, Row, compare, evaluate, fault_classes, rollout
+from ftac_gym.evaluation import BaselineContestant, Evaluation, compare, evaluate, fault_classes, rollout
 from ftac_gym.evaluation.benchmark import fly, frozen_episodes
 from ftac_gym.evaluation.contestants import ALL, TUNED, entries_of
 from ftac_gym.evaluation.designs import SHIPPED, designs, shipped
+from ftac_gym.evaluation.files import write_episodes, write_summary
 from ftac_gym.evaluation.gallery import fault_gallery
-from ftac_gym.evaluation.metrics import UNITS
 from ftac_gym.evaluation.plots import episode as draw_episode
 from ftac_gym.evaluation.plots import error_bands, prescribed_bound
 from ftac_gym.evaluation.report import write_report
@@ -199,29 +198,6 @@ def show(console: Console, cells: Cells, title: str) -> None:
     for row in cells[1:]:
         table.add_row(*(escape(cell) for cell in row))
     console.print(table)
-
-
-def write_episodes(path: Path, evaluations: list[Evaluation], episodes: Episodes) -> None:
-    """Write one line per policy and episode."""
-    names = fault_classes(episodes)
-    with path.open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(["policy", "episode", "faults", "feasible", *UNITS])
-        for item in evaluations:
-            for index in range(len(episodes)):
-                values = [f"{item.metrics[metric][index]:.6g}" for metric in UNITS]
-                writer.writerow([item.policy, index, names[index], bool(episodes.feasible[index]), *values])
-
-
-def write_summary(path: Path, rows: list[Row]) -> None:
-    """Write one line per policy, metric and kind of estimate."""
-    with path.open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(["policy", "metric", "kind", "value", "low", "high", "episodes"])
-        for row in rows:
-            for kind, values in (("estimate", row.estimates), ("difference", row.differences)):
-                for metric, item in values.items():
-                    writer.writerow([row.policy, metric, kind, item.value, item.low, item.high, item.count])
 
 
 def interesting(evaluations: list[Evaluation], episodes: Episodes) -> int:

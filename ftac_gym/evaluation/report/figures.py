@@ -145,7 +145,7 @@ def heat_map(
     margin = _CHARACTER * max(map(len, labels)) + 0.2
     wide = 0.95 if digits is not None and len(columns) <= 8 else 0.42 if digits is not None else 0.26
     upright = digits is None or wide < 0.9
-    head = (_CHARACTER * max(len(short(name)) for name in columns) if upright else 0.15) + (0.55 if groups else 0.25)
+    head = (_CHARACTER * max(len(short(name)) for name in columns) if upright else 0.15) + (0.62 if groups else 0.25)
     # Cells grow until the figure is as wide as the column, within reason.
     wide = float(np.clip((WIDTH - margin - 0.1) / len(columns), wide, max(wide, 1.6 if not upright else 0.5)))
     size = (margin + wide * len(columns) + 0.1, head + _ROW * len(rows) + 0.1)
@@ -165,9 +165,12 @@ def heat_map(
     for column in range(1, len(columns)):
         parted = bool(groups) and groups[column] != groups[column - 1]
         panel.axvline(column - 0.5, color=PAPER, linewidth=5.0 if parted else 1.0)
+    raised, end = False, -np.inf
     for group in dict.fromkeys(groups):
-        members = [column for column, other in enumerate(groups) if other == group]
-        place = (members[0] - 0.5, 1.0 + (head - 0.25) / (_ROW * len(rows)))
+        start = (groups.index(group) - 0.5) * wide
+        # Above the last name if that is wider than its group.
+        raised, end = start < end and not raised, start + _CHARACTER * len(group) + 0.15
+        place = (start / wide, 1.0 + (head - (0.28 if raised else 0.45)) / (_ROW * len(rows)))
         panel.text(*place, group, transform=panel.get_xaxis_transform(), fontweight="bold", fontsize=9)
     if digits is not None:
         for (row, column), value in np.ndenumerate(values):
@@ -217,7 +220,15 @@ def profiles(
         for name in names:
             curve, look = curves[name], styles[name]
             panel.plot(curve.x, curve.y, color=look.color, linestyle=look.line, linewidth=look.width, zorder=3)
-            panel.fill_between(curve.x, curve.low, curve.high, color=look.color, alpha=0.10, linewidth=0.0, zorder=2)
+            panel.fill_between(
+                curve.x,
+                curve.low,
+                curve.high,
+                color=look.color,
+                alpha=min(0.1, 0.8 / len(names)),
+                linewidth=0.0,
+                zorder=2,
+            )
         panel.set_title(title)
         panel.axvline(latest, color=MUTED, linestyle=":", linewidth=1.0)
         panel.set(ylim=(0.0, 1.0), xlim=(0.0, max((curve.x[-1] for curve in curves.values()), default=1.0)))

@@ -187,7 +187,7 @@ def _worst(results: Results) -> Section:
         else f"Feasible episodes in which {' and '.join(whose)} lose{'s' if len(whose) == 1 else ''} most time against "
         f"{reference}. The metrics are those of the seed that does worst there."
     )
-    hint = "The commands fly the episodes again, the last number, and draw errors, wheels and the true fault to episode.png."
+    hint = "Each command flies the episode of its last number again and draws errors, wheels and the true fault."
     blocks = [Block(text=[note, hint])]
     for number, split in enumerate(results.rows):
         if any(item.split == split for item in worst):
