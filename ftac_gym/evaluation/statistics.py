@@ -26,6 +26,8 @@ from ftac_gym.evaluation.resampling import (
     draw,
     interval,
     known,
+    means,
+    over_seeds,
     trimmed_means,
     weighted,
 )
@@ -179,11 +181,13 @@ def stratified_difference(
     one, other = data = known(first, second)
     episodes, seeds = draw(data, seed, levels)
     # A value counts as often as it has partners; with nothing missing, once.
-    ones, others = (
-        np.einsum("bsn,sn->bn", counts, ~np.isnan(item)) / len(item) for counts, item in zip(seeds, data, strict=True)
-    )
-    value = _resampled(one, seeds[0], episodes * others, statistic)
-    base = _resampled(other, seeds[1], episodes * ones, statistic)
+    often = [
+        episodes
+        if not np.isnan(item).any()
+        else episodes * over_seeds((~np.isnan(item)).astype(float), counts) / len(item)
+        for counts, item in zip(seeds, data, strict=True)
+    ]
+    value, base = _resampled(one, seeds[0], often[1], statistic), _resampled(other, seeds[1], often[0], statistic)
     return _summary(value / base - 1.0 if relative else value - base, one.shape[1])
 
 
@@ -300,6 +304,8 @@ def _resampled(
 ) -> FloatArray:
     """Return the statistic of the sample and of all resamples, (1 + RESAMPLES,)."""
     require(statistic in _CUT, "statistic", f"must be one of {[item.__name__ for item in _CUT]}", statistic)
+    if statistic is mean:  # which needs no order
+        return means(values, seeds, episodes)
     return trimmed_means(*weighted(values, seeds, episodes), _CUT[statistic])
 
 
