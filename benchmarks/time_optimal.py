@@ -10,7 +10,7 @@ Needs CasADi, which the package does not: pip install casadi
 
 Example
 -------
-    python benchmarks/time_optimal.py --episodes 100
+    python benchmarks/time_optimal.py --episodes 60
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from ftac_gym.scenarios import frozen
 class Config:
     """What to solve."""
 
-    episodes: int = 100
+    episodes: int = 60
     """Feasible episodes, the first of the frozen ones."""
     intervals: int = 50
     """Intervals of constant torque."""
