@@ -25,6 +25,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
+from zipfile import BadZipFile
 
 import numpy as np
 import tyro
@@ -38,13 +39,14 @@ from ftac_gym.baselines import tuned
 from ftac_gym.episodes import Episodes
 from ftac_gym.evaluation import BaselineContestant, Evaluation, compare, evaluate, fault_classes, rollout
 from ftac_gym.evaluation.benchmark import fly, frozen_episodes
-from ftac_gym.evaluation.contestants import ALL, TUNED, entries_of
+from ftac_gym.evaluation.contestants import ALL, TUNED, entries_of, tried
 from ftac_gym.evaluation.designs import SHIPPED, designs, shipped
 from ftac_gym.evaluation.files import write_episodes, write_summary
 from ftac_gym.evaluation.gallery import fault_gallery
 from ftac_gym.evaluation.plots import episode as draw_episode
 from ftac_gym.evaluation.plots import error_bands, prescribed_bound
 from ftac_gym.evaluation.report import write_report
+from ftac_gym.evaluation.rollout import resolve_policy
 from ftac_gym.evaluation.tables import Cells, kind_table, markdown, metric_tables, split_table
 from ftac_gym.scenarios import SPLITS, frozen
 
@@ -127,10 +129,15 @@ def contestant(config: Config, policy: str) -> Any:
 
 def contestants(config: Config) -> dict[str, Any]:
     """Return what flies for each policy, by its name in the tables; refuse what cannot before any work is done."""
-    try:
-        return {name: contestant(config, policy) for name, policy in paths(config.contenders, config.scenario).items()}
-    except ValueError as error:
-        raise SystemExit(f"--gains: {error}") from None
+    tasks = [scenarios.get(name) for name in (config.scenario, *config.splits) if name in scenarios.names()]
+    found = {}
+    for name, policy in paths(config.contenders, config.scenario).items():
+        try:
+            found[name] = contestant(config, policy)
+            tried(resolve_policy(found[name]), tasks)
+        except (ValueError, BadZipFile) as error:
+            raise SystemExit(f"--policies: {name}: {error}") from None
+    return found
 
 
 def gains_used(config: Config) -> str:
@@ -214,7 +221,7 @@ def run_benchmark(config: Config, console: Console) -> None:
     names = [str(SHIPPED / "flagship_residual") if name == "agent" else name for name in names]
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     try:
-        episodes = frozen_episodes(SPLITS, config.episodes)
+        episodes = frozen_episodes(dict.fromkeys((config.scenario, *config.splits)), config.episodes)
         entries = entries_of(names, scenario)
         flights = sum(len(entry.policies) for entry in entries) * sum(map(len, episodes.values()))
         console.print(f"{len(entries)} contestants and bounds, {len(episodes)} splits, {flights} episodes")

@@ -114,10 +114,10 @@ def train(config: Config, action: str, memory: str, seed: int) -> None:
     if done and int(done[-1].name) >= steps:
         return
     arguments = [*words(config, action, memory), "--seed", str(seed), "--torch-threads", "1"]
-    arguments += ["--run-folder", str(folder), "--checkpoint-every", str(steps // 3)]
+    arguments += ["--run-folder", str(folder), "--checkpoint-every", str(max(steps // 3, 1))]
     command = [sys.executable, str(TRAIN), *arguments, *(["--resume"] if done else [])]
     folder.mkdir(parents=True, exist_ok=True)
-    with (folder / "log.txt").open("w") as log:
+    with (folder / "log.txt").open("a") as log:
         result = subprocess.run(command, stdout=log, stderr=subprocess.STDOUT, check=False)
     if result.returncode:
         raise SystemExit(f"training {folder} failed; see {folder / 'log.txt'}")
@@ -148,7 +148,11 @@ def main(config: Config) -> None:
     with ThreadPoolExecutor(config.workers) as pool:
         futures = [pool.submit(train, config, *job) for job in jobs]
         for future in tqdm(futures, desc="training", unit="agent"):
-            future.result()
+            try:
+                future.result()
+            except SystemExit:
+                pool.shutdown(cancel_futures=True)
+                raise
     names = [f"{action}_{memory}" for action, memory in combinations]
     evaluations = flown(config, names)
     feasible = frozen.load("flagship", config.episodes).feasible
@@ -171,8 +175,12 @@ def main(config: Config) -> None:
                 change.append(verdict(metric, difference))
         cards = [json.loads((config.folder / name / f"seed_{seed}" / "agent" / "card.json").read_text())
                  for seed in range(config.seeds if name != BASE else 0)]  # fmt: skip
-        row.append(str(max((card["steps"] for card in cards), default="-")))
-        row.append(f"{sum(card['training_seconds'] for card in cards) / 60.0 / len(cards):.1f}" if cards else "-")
+        row.append(str(max((card.get("run_steps", card["steps"]) for card in cards), default="-")))
+        row.append(
+            f"{sum(card.get('run_seconds', card['training_seconds']) for card in cards) / 60.0 / len(cards):.1f}"
+            if cards
+            else "-"
+        )
         estimates.append(row)
         if name != BASE:
             differences.append(change)

@@ -23,6 +23,7 @@ import dataclasses
 import json
 import shlex
 import subprocess
+import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -32,6 +33,7 @@ import torch
 import tyro
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import CallbackList, ProgressBarCallback
+from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 import ftac_gym
@@ -40,7 +42,7 @@ from ftac_gym.evaluation.agent import CARD_FILE, MODEL_FILE, NORMALIZER_FILE, In
 from ftac_gym.evaluation.designs import EVALUATIONS_FILE
 from ftac_gym.parameters import require
 from ftac_gym.scenario import Scenario
-from ftac_gym.training.algorithms import build
+from ftac_gym.training.algorithms import build, has_base, resumed_kind
 from ftac_gym.training.keeper import Keeper, Schedule, checkpoints
 from ftac_gym.training.recipe import Recipe, parse_values, parse_words, read_recipe, written_out
 from ftac_gym.wrappers import SB3VecEnv
@@ -104,27 +106,25 @@ class Config:
     def recipe(self) -> Recipe:
         """What to train: the file's entry, with what was given."""
         changes = parse_values(self.hyperparameters, "hyperparameters")
+        for name, value in (("n_timesteps", self.total_steps), ("n_envs", self.num_envs)):
+            changes |= {} if value is None else {name: value}
         recipe = read_recipe(CONFIGS / f"{self.algo}.yml", self.env_id, changes)
         usual = recipe.interface
         interface = Interface(
-            self.observation or usual.observation,
+            usual.observation if self.observation is None else self.observation,
             usual.wrappers if self.wrappers is None else parse_words(self.wrappers),
-            self.hold or usual.hold,
+            usual.hold if self.hold is None else self.hold,
             self.critic_sees_faults,
         )
-        return dataclasses.replace(
-            recipe,
-            interface=written_out(interface),
-            n_timesteps=self.total_steps or recipe.n_timesteps,
-            n_envs=self.num_envs or recipe.n_envs,
-        )
+        return dataclasses.replace(recipe, interface=written_out(interface))
 
     @property
     def schedule(self) -> Schedule:
         """When to do what."""
         return Schedule(
             self.evaluate_every, self.checkpoint_every, self.evaluation_episodes, self.evaluation_seed,
-            self.critic_warmup, self.severity_start, self.severity_steps,
+            # There is nothing to protect without a base.
+            self.critic_warmup if has_base(self.recipe.interface) else 0, self.severity_start, self.severity_steps,
         )  # fmt: skip
 
 
@@ -134,6 +134,12 @@ def make_env(config: Config, recipe: Recipe) -> tuple[SB3VecEnv, int]:
     arguments: dict[str, Any] = {"observation": interface.observation, "scenario": training_scenario(config, recipe)}
     native = gym.make_vec(config.env_id, num_envs=recipe.n_envs, autoreset_mode="SameStep", **arguments)
     single = interface.wrap(gym.make(config.env_id, **arguments))
+    # What it is trained on may differ from what it is for and evaluated on, but not in what the agent sees and does.
+    task = interface.wrap(gym.make(config.env_id, observation=interface.observation))
+    for part in ("observation_space", "action_space"):
+        given, wanted = getattr(single, part).shape, getattr(task, part).shape
+        rule = f"must have the {part.replace('_', ' ')} {wanted} of {config.env_id}"
+        require(given == wanted, "scenario", rule, given)
     return SB3VecEnv(interface.wrap_for_training(native), interface.hold), single.observation_space.shape[0]
 
 
@@ -227,6 +233,16 @@ def restored(config: Config, recipe: Recipe, env: SB3VecEnv) -> tuple[BaseAlgori
     schedules = {name: value for name, value in recipe.arguments().items() if callable(value)}
     model = load_model(checkpoint / MODEL_FILE, wrapped, **schedules)
     model.set_random_seed(config.seed + model.num_timesteps)
+    if isinstance(model, OffPolicyAlgorithm):
+        # The buffer is not kept: it is filled anew, by the policy as it is, before learning goes on.
+        model.learning_starts += model.num_timesteps
+        model.__class__ = resumed_kind(type(model))  # type: ignore[assignment]
+    # What a killed run found out after its last checkpoint is found out again.
+    path = config.run_folder / EVALUATIONS_FILE
+    if path.exists():
+        heading, *rows = path.read_text().splitlines()
+        kept = [row for row in rows if int(row.split(",")[0]) <= model.num_timesteps]
+        path.write_text("\n".join([heading, *kept]) + "\n")
     return model, float(json.loads((checkpoint / CARD_FILE).read_text())["training_seconds"])
 
 
@@ -238,8 +254,10 @@ def train(config: Config) -> None:
     try:
         known = gym.spec(config.env_id).entry_point == "ftac_gym.envs:SpacecraftFTCEnv"
         require(known, "env_id", "must be an environment of ftac_gym", config.env_id)
-        recipe = config.recipe
+        recipe, schedule = config.recipe, config.schedule
         env, actor_size = make_env(config, recipe)
+        if schedule.severity_start < 1.0:
+            env.env_method("set_severity", schedule.severity_start)  # refused if the faults have none
         if config.resume:
             model, seconds = restored(config, recipe, env)
         else:
@@ -256,21 +274,27 @@ def train(config: Config) -> None:
             (folder / "config.json").write_text(json.dumps(written, indent=2, default=str) + "\n")
     except (ValueError, gym.error.Error) as error:
         raise SystemExit(f"--{error}") from None
-    except TypeError as error:  # an unknown hyperparameter
-        raise SystemExit(f"--hyperparameters: {error}") from None
+    except (
+        TypeError,
+        AssertionError,
+    ) as error:  # an unknown argument of a wrapper or of the algorithm, or one it refuses
+        raise SystemExit(f"--wrappers or --hyperparameters: {error}") from None
     around = model.get_env()
     assert around is not None
     # Far apart for every run: Stable-Baselines3's own seeds would give neighbouring runs the same episodes.
     around.seed(1_000_000_000 * (config.seed + 1) + model.num_timesteps)
-    remaining = recipe.n_timesteps - model.num_timesteps
+    remaining, started = recipe.n_timesteps - model.num_timesteps, time.monotonic()
     if remaining > 0:
         # The task itself, whatever it is trained on, but for what counts as good.
         reward = training_scenario(config, recipe).reward
         task = scenarios.get(gym.spec(config.env_id).kwargs["default_scenario"]).replace(reward=reward)
         keeper = Keeper(
-            folder, task, recipe.interface, config.schedule,
-            lambda steps, time: card(config, recipe, steps, time), seconds,
+            folder, task, recipe.interface, schedule,
+            lambda steps, taken: card(config, recipe, steps, taken), lambda: seconds + time.monotonic() - started,
         )  # fmt: skip
+        if schedule.severity_start < 1.0:
+            # Before the first episodes are drawn: it counts for coming ones.
+            around.env_method("set_severity", schedule.severity(model.num_timesteps))
         callbacks = CallbackList([keeper, ProgressBarCallback()])
         model.learn(remaining, callback=callbacks, reset_num_timesteps=False, tb_log_name=config.algo)
     best = json.loads((folder / "agent" / CARD_FILE).read_text())
@@ -285,11 +309,18 @@ def main(config: Config) -> None:
     if config.seeds == 1:
         train(config)
         return
-    for seed in range(config.seed, config.seed + config.seeds):
-        folder = config.run_folder / f"seed_{seed}"
-        resume = config.resume and bool(checkpoints(folder))
+    folders = {seed: config.run_folder / f"seed_{seed}" for seed in range(config.seed, config.seed + config.seeds)}
+    begun = [folder for folder in folders.values() if checkpoints(folder)]
+    if config.resume and not begun:
+        raise SystemExit(f"--resume: no checkpoint under {config.run_folder}; start the run without --resume")
+    for seed, folder in folders.items():
         print(f"seed {seed}, in {folder}")
-        train(dataclasses.replace(config, run_folder=folder, seed=seed, seeds=1, resume=resume))
+        if not config.resume or folder in begun:
+            train(dataclasses.replace(config, run_folder=folder, seed=seed, seeds=1))
+        else:
+            # A seed that was not begun is trained as its siblings are.
+            sibling = resumed(dataclasses.replace(config, run_folder=begun[0], seed=Config.seed, seeds=1))
+            train(dataclasses.replace(sibling, run_folder=folder, seed=seed, resume=False))
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import VectorEnv
 
-from ftac_gym import wrappers
+from ftac_gym import baselines, wrappers
 from ftac_gym.baselines import observers
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.envs.observation import TIERS
@@ -69,7 +69,9 @@ class Interface:
     def information(self) -> str:
         """The tier of what the actor knows: the observation's, or more if a wrapper or its base knows more."""
         known = {self.observation}
-        for _, arguments in self.wrappers:
+        for name, given in self.wrappers:
+            base = given.get("base", "pd_dob" if name in ON_BASE else None)
+            arguments = {**({} if base is None else baselines.defaults(base)), **given}
             source = arguments.get("source", arguments.get("faults"))
             if source == TRUTH[1]["source"]:
                 known.add("oracle")
@@ -93,6 +95,9 @@ class Interface:
 
 WRAPPERS = ("FaultEstimateObservation", "GainScheduling", "ObservationHistory", "ResidualPolicy")
 """Wrappers that an interface may be made of."""
+
+ON_BASE = ("GainScheduling", "ResidualPolicy")
+"""Those through which an agent acts on a base, whose own action is an action of zero."""
 
 
 class Agent:
@@ -156,11 +161,11 @@ class Agent:
         card_path = model_path.with_name(CARD_FILE)
         interface, normalized = Interface(), False
         if card_path.is_file():
-            card = json.loads(card_path.read_text())
-            normalized = bool(card.get("normalized", False))
             try:
+                card = json.loads(card_path.read_text())
+                normalized = bool(card.get("normalized", False))
                 interface = Interface(**card["interface"])
-            except (KeyError, TypeError) as error:
+            except (KeyError, TypeError, json.JSONDecodeError) as error:
                 rule = f"must be of this version: {error}; train the agent again"
                 raise ValueError(f"agent: {card_path} {rule}") from None
         normalizer = None
@@ -209,8 +214,8 @@ class Agent:
     ) -> tuple[npt.NDArray[Any], Any]:
         """Return the action for raw observations (N, size), as Stable-Baselines3's ``predict`` does.
 
-        The state carries, for every craft, the control periods until the next decision, the action held, whether an
-        episode has started since the last decision, and the memory of a recurrent network.
+        The state carries, for every craft, the control periods until the next decision, the action held, and the memory
+        of a recurrent network.
         """
         count = len(observation)
         fresh = np.zeros(count, dtype=np.bool_) if episode_start is None else np.asarray(episode_start, dtype=np.bool_)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import dataclass
@@ -96,7 +96,7 @@ class _Task:
 _Flights = Generator[tuple[_Key, BatchResult], None, None]
 
 
-def frozen_episodes(splits: Sequence[str] = SPLITS, feasible: int = frozen.FEASIBLE) -> dict[str, Episodes]:
+def frozen_episodes(splits: Iterable[str] = SPLITS, feasible: int = frozen.FEASIBLE) -> dict[str, Episodes]:
     """Return the frozen episodes of some splits.
 
     Parameters
@@ -111,6 +111,7 @@ def frozen_episodes(splits: Sequence[str] = SPLITS, feasible: int = frozen.FEASI
     ValueError
         If a split is unknown, or has fewer episodes.
     """
+    splits = tuple(splits)
     for split in splits:
         require(split in SPLITS, "splits", f"must be among {list(SPLITS)}", split)
     return {split: frozen.load(split, feasible) for split in splits}

@@ -110,13 +110,24 @@ def fitted(entry: Entry, scenarios: Sequence[Scenario]) -> tuple[Contestant, ...
     for policy in entry.policies:
         try:
             contestants.append(resolve_policy(policy))
-            for scenario in scenarios:
-                _command(contestants[-1], scenario)
+            tried(contestants[-1], scenarios)
         except ValueError as error:
             # Laws of this package say who they are.
             named = str(error).startswith(entry.name)
             raise ValueError(str(error) if named else f"{entry.name}: {error}") from None
     return tuple(contestants)
+
+
+def tried(contestant: Contestant, scenarios: Sequence[Scenario]) -> None:
+    """Let a contestant act once in every scenario.
+
+    Raises
+    ------
+    ValueError
+        If it does not fit one of them; the message says what to do.
+    """
+    for scenario in scenarios:
+        _command(contestant, scenario)
 
 
 def _command(contestant: Contestant, scenario: Scenario) -> Any:

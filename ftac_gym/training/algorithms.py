@@ -12,7 +12,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
-from ftac_gym.evaluation.agent import Interface
+from ftac_gym.evaluation.agent import ON_BASE, Interface
 from ftac_gym.parameters import require
 from ftac_gym.training.policies import PrivilegedCriticPolicy
 from ftac_gym.training.recipe import ALGORITHMS, Recipe
@@ -56,7 +56,7 @@ def build(
     if told:
         policy = PrivilegedCriticPolicy
         policy_kwargs["actor_size"] = actor_size
-    kind = _kind(algorithm, on_base=has_base(recipe.interface))
+    kind = kind_of(algorithm, on_base=has_base(recipe.interface))
     model = kind(
         policy, env, policy_kwargs=policy_kwargs, seed=seed, device="cpu",
         tensorboard_log=None if log_folder is None else str(log_folder), **recipe.arguments(),
@@ -66,12 +66,23 @@ def build(
     return model
 
 
+def resumed_kind(kind: type[BaseAlgorithm]) -> type[BaseAlgorithm]:
+    """Return an off-policy algorithm that fills its first buffer with what its own policy does."""
+
+    class Resumed(_OwnData, kind):  # type: ignore[misc,valid-type]
+        """The algorithm, after a resume."""
+
+    Resumed.__name__ = kind.__name__
+    return Resumed
+
+
 def has_base(interface: Interface) -> bool:
     """Tell whether an agent acts through a base, whose own action is an action of zero."""
-    return any(name in ("ResidualPolicy", "GainScheduling") for name, _ in interface.wrappers)
+    return any(name in ON_BASE for name, _ in interface.wrappers)
 
 
-def _kind(algorithm: str, on_base: bool) -> type[BaseAlgorithm]:
+def kind_of(algorithm: str, on_base: bool) -> type[BaseAlgorithm]:
+    """Return the class of an algorithm; off-policy ones on a base begin with data about it."""
     if algorithm == "ppo":
         return PPO
     if algorithm == "sac":
@@ -105,17 +116,40 @@ class _BaseData:
         return action, action
 
 
+class _OwnData:
+    """Act by the policy from the first step on."""
+
+    def _sample_action(
+        self, learning_starts: int, action_noise: Any = None, n_envs: int = 1
+    ) -> tuple[np.ndarray, np.ndarray]:
+        return super()._sample_action(0, action_noise, n_envs)  # type: ignore[misc,no-any-return]
+
+
 class _BaseDataSAC(_BaseData, SAC):
     """SAC that begins with data about its base."""
 
 
 def start_as_base(model: BaseAlgorithm) -> None:
-    """Set the last layer of the actor to zero: its mean action is the base's, whatever it sees."""
+    """Set the last layer of the actor to zero: its mean action is the base's, whatever it sees.
+
+    Off-policy actors learn how far they explore from what they see; they start at ``log_std_init`` everywhere.
+    """
     policy: Any = model.policy
-    last = policy.action_net if isinstance(model, OnPolicyAlgorithm) else policy.actor.mu
     with torch.no_grad():
-        last.weight.zero_()
-        last.bias.zero_()
+        if isinstance(model, OnPolicyAlgorithm):
+            _set(policy.action_net, 0.0)
+            return
+        actor = policy.actor
+        # With state-dependent exploration the mean is clipped behind its layer.
+        _set(actor.mu[0] if isinstance(actor.mu, torch.nn.Sequential) else actor.mu, 0.0)
+        if isinstance(actor.log_std, torch.nn.Linear):
+            _set(actor.log_std, actor.log_std_init)
+
+
+def _set(layer: Any, value: float) -> None:
+    """Let a linear layer give a value whatever goes in."""
+    layer.weight.zero_()
+    layer.bias.fill_(value)
 
 
 def let_actor_learn(model: BaseAlgorithm, learn: bool) -> None:

@@ -7,7 +7,6 @@ import json
 import math
 import re
 import shutil
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,7 +20,9 @@ from ftac_gym.evaluation.agent import CARD_FILE, MODEL_FILE, NORMALIZER_FILE, Ag
 from ftac_gym.evaluation.designs import EVALUATIONS_FILE, evaluations
 from ftac_gym.evaluation.metrics import summarize
 from ftac_gym.evaluation.rollout import rollout
+from ftac_gym.parameters import require, within
 from ftac_gym.scenario import Scenario
+from ftac_gym.scenarios import SPLITS, frozen
 from ftac_gym.training.algorithms import let_actor_learn
 
 
@@ -51,6 +52,16 @@ class Schedule:
     severity_start: float = 1.0
     severity_steps: int = 0
 
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        for name in ("evaluate_every", "checkpoint_every", "evaluation_episodes"):
+            value = getattr(self, name)
+            require(isinstance(value, int) and value > 0, name, "must be a positive integer", value)
+        within(self.severity_start, 0.0, 1.0, "severity_start")
+        taken = [frozen.FIRST_SEED + 1_000 * number for number in range(len(SPLITS))]
+        rule = f"must not be of the frozen test episodes, {taken}"
+        require(self.evaluation_seed not in taken, "evaluation_seed", rule, self.evaluation_seed)
+
     def severity(self, steps: int) -> float:
         """Return the severity after a number of steps."""
         share = min(steps / self.severity_steps, 1.0) if self.severity_steps else 1.0
@@ -67,8 +78,13 @@ def save_agent(folder: Path, model: BaseAlgorithm, card: dict[str, Any]) -> None
     if normalizer is not None:
         normalizer.save(str(partial / NORMALIZER_FILE))
     (partial / CARD_FILE).write_text(json.dumps(card, indent=2) + "\n")
-    shutil.rmtree(folder, ignore_errors=True)
+    # The old one goes only when the new one stands: a kill in between leaves one of them.
+    old = folder.with_name(folder.name + ".old")
+    shutil.rmtree(old, ignore_errors=True)
+    if folder.exists():
+        folder.rename(old)
     partial.rename(folder)
+    shutil.rmtree(old, ignore_errors=True)
 
 
 class Keeper(BaseCallback):
@@ -88,8 +104,8 @@ class Keeper(BaseCallback):
         When to do what.
     card
         What to write beside an agent, from steps and seconds of training.
-    seconds_before
-        Seconds of training before this session, of a run that is resumed.
+    clock
+        Seconds of training so far, those of earlier sessions among them.
     """
 
     def __init__(
@@ -99,14 +115,14 @@ class Keeper(BaseCallback):
         interface: Interface,
         schedule: Schedule,
         card: Callable[[int, float], dict[str, Any]],
-        seconds_before: float = 0.0,
+        clock: Callable[[], float],
     ) -> None:
         super().__init__()
         self._folder, self._scenario, self._interface = folder, scenario, interface
         self._schedule, self._card = schedule, card
         self._next_checkpoint = self._next_evaluation = 0
         self._best = -math.inf
-        self._started = time.monotonic() - seconds_before
+        self._clock = clock
         self._warming: bool | None = None
         self._severity = 1.0
 
@@ -138,12 +154,16 @@ class Keeper(BaseCallback):
     def _on_training_end(self) -> None:
         self._evaluate(self.model.num_timesteps)
         self._checkpoint(self.model.num_timesteps)
+        # The best agent cost the whole run, not the part of it before it was the best.
+        path = self._folder / "agent" / CARD_FILE
+        whole = {"run_steps": self.model.num_timesteps, "run_seconds": round(self._clock())}
+        path.write_text(json.dumps({**json.loads(path.read_text()), **whole}, indent=2) + "\n")
 
     def _on_step(self) -> bool:
         return True
 
     def _save(self, folder: Path) -> None:
-        save_agent(folder, self.model, self._card(self.model.num_timesteps, time.monotonic() - self._started))
+        save_agent(folder, self.model, self._card(self.model.num_timesteps, self._clock()))
 
     def _checkpoint(self, steps: int) -> None:
         self._save(self._folder / "checkpoints" / f"{steps:010d}")

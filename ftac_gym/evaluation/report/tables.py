@@ -133,8 +133,10 @@ def costs_table(results: Results) -> Table:
         first: Mapping[str, Any] = source[0] if source else {}
         effort, hours = Cell(UNKNOWN, "", float("nan")), float("nan")
         if entry.kind == "agent":
-            steps = sum(float(card.get("steps", float("nan"))) for card in source)
-            hours = sum(float(card.get("training_seconds", float("nan"))) for card in source) / 60.0
+            # An agent that was the best before the end of its run cost the whole run.
+            steps = sum(float(card.get("run_steps", card.get("steps", float("nan")))) for card in source)
+            seconds = (card.get("run_seconds", card.get("training_seconds", float("nan"))) for card in source)
+            hours = sum(map(float, seconds)) / 60.0
             if source and steps == steps:
                 effort = Cell(f"{steps / 1e6:.3g} million steps", f"{seeds(len(entry.policies))} in all", steps)
         elif "trials" in first:
