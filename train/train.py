@@ -231,12 +231,11 @@ def restored(config: Config, recipe: Recipe, env: SB3VecEnv) -> tuple[BaseAlgori
             raise SystemExit(f"--resume: {checkpoint} has no {NORMALIZER_FILE}: resume from a whole checkpoint")
         wrapped = VecNormalize.load(str(path), around)
     schedules = {name: value for name, value in recipe.arguments().items() if callable(value)}
-    model = load_model(checkpoint / MODEL_FILE, wrapped, **schedules)
+    model = load_model(checkpoint / MODEL_FILE, wrapped, resumed_kind, **schedules)
     model.set_random_seed(config.seed + model.num_timesteps)
     if isinstance(model, OffPolicyAlgorithm):
         # The buffer is not kept: it is filled anew, by the policy as it is, before learning goes on.
         model.learning_starts += model.num_timesteps
-        model.__class__ = resumed_kind(type(model))  # type: ignore[assignment]
     # What a killed run found out after its last checkpoint is found out again.
     path = config.run_folder / EVALUATIONS_FILE
     if path.exists():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import pickle
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -240,7 +241,12 @@ def _chosen(due: npt.NDArray[np.bool_], new: Any, old: Any) -> Any:
     return tuple(np.where(due[None, :, None], after, before) for after, before in zip(new, old, strict=True))
 
 
-def load_model(path: Path, env: Any = None, **changes: Any) -> BaseAlgorithm:
+def load_model(
+    path: Path,
+    env: Any = None,
+    kind: Callable[[type[BaseAlgorithm]], type[BaseAlgorithm]] | None = None,
+    **changes: Any,
+) -> BaseAlgorithm:
     """Load a model of any algorithm that agents are trained with; the file tells which.
 
     Parameters
@@ -249,6 +255,8 @@ def load_model(path: Path, env: Any = None, **changes: Any) -> BaseAlgorithm:
         The zip file.
     env
         Environment to train on further, or None.
+    kind
+        Turns the class of the algorithm into the one to build, or None for itself.
     **changes
         Objects to use instead of those in the file.
 
@@ -269,4 +277,5 @@ def load_model(path: Path, env: Any = None, **changes: Any) -> BaseAlgorithm:
         kinds |= {"tqc": sb3_contrib.TQC, "recurrent": sb3_contrib.RecurrentPPO}
     # PPO and A2C share their policies; for prediction it does not matter which of them trained.
     algorithm = next((kind for name, kind in kinds.items() if f".{name}." in module), sb3.PPO)
-    return algorithm.load(path, env=env, device="cpu", custom_objects=changes or None)
+    built = algorithm if kind is None else kind(algorithm)
+    return built.load(path, env=env, device="cpu", custom_objects=changes or None)

@@ -27,7 +27,6 @@ from ftac_gym.evaluation.compare import (
 )
 from ftac_gym.evaluation.contestants import Entry, entries_of, fitted
 from ftac_gym.evaluation.rollout import resolve_policy
-from ftac_gym.evaluation.threads import one_torch_thread
 from ftac_gym.evaluation.timing import Stopwatch, step_cost
 from ftac_gym.parameters import require
 from ftac_gym.scenario import Scenario
@@ -226,8 +225,7 @@ def _fly_task(task: _Task) -> tuple[_Key, BatchResult]:
     """Fly a batch, in whatever process."""
     try:
         contestant = resolve_policy(copy(task.policy))
-        with one_torch_thread():
-            return task.key, fly_batch(Scenario.from_json(task.batch.scenario_json), contestant, task.batch)
+        return task.key, fly_batch(Scenario.from_json(task.batch.scenario_json), contestant, task.batch)
     except ValueError as error:
         raise ValueError(f"{task.key.entry} in {task.key.split}: {error}") from error
 

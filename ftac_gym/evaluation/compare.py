@@ -17,6 +17,7 @@ from ftac_gym.episodes import Episodes
 from ftac_gym.evaluation.metrics import SHARES, Metrics
 from ftac_gym.evaluation.rollout import Contestant, resolve_policy, rollout
 from ftac_gym.evaluation.statistics import Estimate, estimate, interquartile_mean, mean, paired_difference
+from ftac_gym.evaluation.threads import one_torch_thread
 from ftac_gym.faults import FaultKind
 from ftac_gym.parameters import FloatArray
 from ftac_gym.scenario import Scenario
@@ -62,7 +63,8 @@ def batches(episodes: Episodes) -> list[Episodes]:
 
 def fly_batch(scenario: Scenario, contestant: Contestant, batch: Episodes) -> BatchResult:
     """Run a contestant through a batch."""
-    history = rollout(scenario, contestant, batch)
+    with one_torch_thread():
+        history = rollout(scenario, contestant, batch)
     return {**history.metrics(), "attitude_error": np.degrees(history.attitude_error).astype(np.float32)}
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import torch
 from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
@@ -67,7 +68,9 @@ def build(
 
 
 def resumed_kind(kind: type[BaseAlgorithm]) -> type[BaseAlgorithm]:
-    """Return an off-policy algorithm that fills its first buffer with what its own policy does."""
+    """Return an algorithm as it goes on: an off-policy one fills its first buffer with what its own policy does."""
+    if not issubclass(kind, OffPolicyAlgorithm):
+        return kind
 
     class Resumed(_OwnData, kind):  # type: ignore[misc,valid-type]
         """The algorithm, after a resume."""

@@ -20,7 +20,7 @@ from ftac_gym.evaluation.agent import CARD_FILE, MODEL_FILE, NORMALIZER_FILE, Ag
 from ftac_gym.evaluation.designs import EVALUATIONS_FILE, evaluations
 from ftac_gym.evaluation.metrics import summarize
 from ftac_gym.evaluation.rollout import rollout
-from ftac_gym.parameters import require, within
+from ftac_gym.parameters import require
 from ftac_gym.scenario import Scenario
 from ftac_gym.scenarios import SPLITS, frozen
 from ftac_gym.training.algorithms import let_actor_learn
@@ -57,7 +57,8 @@ class Schedule:
         for name in ("evaluate_every", "checkpoint_every", "evaluation_episodes"):
             value = getattr(self, name)
             require(isinstance(value, int) and value > 0, name, "must be a positive integer", value)
-        within(self.severity_start, 0.0, 1.0, "severity_start")
+        inside = 0.0 <= self.severity_start <= 1.0
+        require(inside, "severity_start", "must be within [0, 1]", self.severity_start)
         taken = [frozen.FIRST_SEED + 1_000 * number for number in range(len(SPLITS))]
         rule = f"must not be of the frozen test episodes, {taken}"
         require(self.evaluation_seed not in taken, "evaluation_seed", rule, self.evaluation_seed)

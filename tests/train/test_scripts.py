@@ -226,8 +226,12 @@ def test_several_seeds(tmp_path):
         ({"algo": "sac", "critic_sees_faults": True}, r"--critic_sees_faults must go with ppo, got 'sac'"),
         ({"hyperparameters": ("n_steps",)}, r"--hyperparameters must be words NAME=VALUE, got 'n_steps'"),
         ({"hyperparameters": ("learning_rate=fast",)}, r"--learning_rate must be a number or lin_NUMBER, got 'fast'"),
-        ({"hyperparameters": ("n_step=32",)}, r"--hyperparameters: .*n_step"),
+        ({"hyperparameters": ("n_step=32",)}, r"--wrappers or --hyperparameters: .*n_step"),
         ({"seeds": 0}, r"--seeds must be positive, got 0"),
+        ({"hold": 0}, r"--hold must be a positive integer, got 0"),
+        ({"scenario": "cao_2022"}, r"--scenario must have the observation space"),
+        ({"evaluation_seed": 12_000}, r"--evaluation_seed must not be of the frozen test episodes"),
+        ({"seeds": 2, "resume": True}, r"--resume: no checkpoint under"),
     ],
 )  # fmt: skip
 def test_train_refuses(arguments, message, tmp_path):
