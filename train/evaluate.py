@@ -130,10 +130,13 @@ def contestant(config: Config, policy: str) -> Any:
 def contestants(config: Config) -> dict[str, Any]:
     """Return what flies for each policy, by its name in the tables; refuse what cannot before any work is done."""
     tasks = [scenarios.get(name) for name in (config.scenario, *config.splits) if name in scenarios.names()]
-    found = {}
-    for name, policy in paths(config.contenders, config.scenario).items():
+    listed = paths(config.contenders, config.scenario)
+    try:
+        found = {name: contestant(config, policy) for name, policy in listed.items()}
+    except ValueError as error:
+        raise SystemExit(f"--gains: {error}") from None
+    for name in found:
         try:
-            found[name] = contestant(config, policy)
             tried(resolve_policy(found[name]), tasks)
         except (ValueError, BadZipFile) as error:
             raise SystemExit(f"--policies: {name}: {error}") from None

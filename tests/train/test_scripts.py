@@ -21,6 +21,7 @@ from ftac_gym.evaluation import evaluate, rollout
 from ftac_gym.evaluation.agent import Agent
 from ftac_gym.evaluation.compare import TABLE_METRICS
 from ftac_gym.evaluation.metrics import UNITS
+from ftac_gym.objective import RewardWeights
 from ftac_gym.scenarios import frozen
 
 SCRIPTS = Path(__file__).parents[2] / "train"
@@ -119,14 +120,16 @@ def test_evaluations_along_the_way(whole):
         rows = list(csv.DictReader(file))
     assert [int(row["steps"]) for row in rows] == [1024, 2048]
     assert set(rows[0]) >= {"steps", *UNITS}
-    metrics = rollout("flagship", str(whole / "checkpoints" / "0000001024"), seed=900_000, count=2).metrics()
+    # The weights of the reward are those of the training.
+    task = scenarios.get("flagship").replace(reward=RewardWeights(on_target=1.0))
+    metrics = rollout(task, str(whole / "checkpoints" / "0000001024"), seed=900_000, count=2).metrics()
     assert float(rows[0]["return"]) == pytest.approx(np.median(metrics["return"]), rel=1e-4)
 
 
 def test_the_card_says_how_the_agent_was_made(whole):
     card = json.loads((whole / "agent" / "card.json").read_text())
     assert card["steps"] == 2048 and card["environment"] == "SpacecraftFTC-v0" and card["seed"] == 0
-    [(name, arguments)] = card["interface"]["wrappers"]
+    _, (name, arguments) = card["interface"]["wrappers"]
     assert name == "ResidualPolicy" and arguments["base"] == "pd_dob" and card["interface"]["observation"] == "attitude"
     # All gains of the base are written down.
     assert arguments.items() >= baselines.defaults("pd_dob").items()

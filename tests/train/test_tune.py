@@ -182,7 +182,7 @@ def test_evaluate_with_tuned_gains(stored, tmp_path, capsys, monkeypatch):
         "policies": ("pd", "pd_dob"), "reference": "pd", "splits": (), "episodes": 1, "output": output, "detail": 0
     }  # fmt: skip
     evaluation.main(evaluation.Config(**arguments, gains="tuned"))
-    line = "gains of the baselines: tuned (pd by 7 trials on flagship, pd_dob by 7 trials on flagship)"
+    line = "gains of the baselines: pd tuned by 7 trials on flagship, pd_dob tuned by 7 trials on flagship"
     assert line in " ".join(capsys.readouterr().out.split())
     folder = output / "tuned" / "flagship"
     report = (folder / "report.md").read_text()
@@ -199,7 +199,7 @@ def test_evaluate_with_tuned_gains(stored, tmp_path, capsys, monkeypatch):
     console = evaluation.Console(quiet=True)
     default = evaluation.Config(**arguments)
     drawn = {"flagship": evaluation.draw(default, "flagship")}
-    assert evaluation.gains_used(default) == "gains of the baselines: default" and default.reports == output
+    assert evaluation.gains_used(default) == "gains of the baselines: pd default, pd_dob default" and default.reports == output
     results = [run(default, evaluation.contestants(default), drawn, console)]
     assert len(list(batches.iterdir())) == 4
     write(stored, "pd", rate_gain=3.5, position_gain=1.0)
@@ -226,7 +226,7 @@ def test_agents_keep_the_gains_of_their_base(stored):
     evaluation = module_of("evaluate")
     write(stored, "pd_dob", bandwidth=1.0)
     flown = evaluation.contestants(evaluation.Config(policies=("agent", "pd_dob"), gains="tuned"))
-    assert flown["agent"].endswith("flagship_residual")
+    assert flown["agent"].endswith("flagship_residual/seed_0")
     assert flown["pd_dob"].fingerprint == '["pd_dob", {"bandwidth": 1.0}]'
     alone = evaluation.Config(policies=("agent",), gains="tuned")
     assert evaluation.gains_used(alone) == "gains of the baselines: none among the policies"
