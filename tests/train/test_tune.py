@@ -199,7 +199,8 @@ def test_evaluate_with_tuned_gains(stored, tmp_path, capsys, monkeypatch):
     console = evaluation.Console(quiet=True)
     default = evaluation.Config(**arguments)
     drawn = {"flagship": evaluation.draw(default, "flagship")}
-    assert evaluation.gains_used(default) == "gains of the baselines: pd default, pd_dob default" and default.reports == output
+    assert evaluation.gains_used(default) == "gains of the baselines: pd default, pd_dob default"
+    assert default.reports == output
     results = [run(default, evaluation.contestants(default), drawn, console)]
     assert len(list(batches.iterdir())) == 4
     write(stored, "pd", rate_gain=3.5, position_gain=1.0)
