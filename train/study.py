@@ -13,43 +13,41 @@ Examples
 from __future__ import annotations
 
 import csv
-import json
 import subprocess
 import sys
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import tyro
 from rich.console import Console
 from tqdm import tqdm
 
 from ftac_gym import scenarios
-from ftac_gym.evaluation import Evaluation, evaluate
+from ftac_gym.evaluation.benchmark import Benchmark, entries_of, fly, frozen_episodes
 from ftac_gym.evaluation.metrics import SHARES
 from ftac_gym.evaluation.statistics import interquartile_mean, mean, stratified_difference, stratified_estimate
 from ftac_gym.evaluation.tables import Cells, markdown, number, verdict
-from ftac_gym.scenarios import frozen
+from ftac_gym.parameters import FloatArray
+from ftac_gym.training.keeper import checkpoints
 
 TRAIN = Path(__file__).parent / "train.py"
 BASE = "pd_dob"
 METRICS = ("success", "settling_time", "integrated_error", "chatter")
 
-POINTING: list[str] = []
-"""Agents on a base train as configs/ppo.yml says: on what there is to gain, the answer to faults that strike a craft on
-target."""
-
-ALONE = [
+_ALONE = [
     *("--scenario", "flagship", "--hold", "2", "--critic-warmup", "0", "--hyperparameters", "gamma=0.98"),
     *("gae_lambda=0.95", "policy_kwargs.log_std_init=-1.2", "n_steps=32", "batch_size=4096"),
 ]
-"""Direct agents must learn to slew and to point."""
+"""Direct agents must learn to slew and to point. Those on a base train as configs/ppo.yml says: on what there is to
+gain, the answer to faults that strike a craft on target."""
 
 ACTIONS: dict[str, tuple[str | None, list[str]]] = {
-    "direct": (None, ALONE),
-    "residual": (f"ResidualPolicy base={BASE} authority=1.0 fade_angle=100.0 surprise=0.03", POINTING),
-    "gains": (f"GainScheduling base={BASE} ranges={{rate_gain: [3.0, 9.5], bandwidth: [0.5, 50.0]}}", POINTING),
+    "direct": (None, _ALONE),
+    "residual": (f"ResidualPolicy base={BASE} authority=1.0 fade_angle=100.0 surprise=0.03", []),
+    "gains": (f"GainScheduling base={BASE} ranges={{rate_gain: [3.0, 9.5], bandwidth: [0.5, 50.0]}}", []),
 }
 """What the action means: the wrapper, and how to train."""
 
@@ -85,32 +83,26 @@ class Config:
     output: Path = Path("results/study")
     """Where the tables go."""
 
+    def steps_of(self, action: str) -> int:
+        """Return the decisions of an agent whose action means this."""
+        return self.direct_steps if action == "direct" else self.steps
+
 
 def words(config: Config, action: str, memory: str) -> list[str]:
     """Return the arguments of train/train.py for a combination."""
     acting, recipe = ACTIONS[action]
     # The estimate is made beneath what acts, the history above, so that it holds the base's actions too.
     order = (acting, MEMORIES[memory]) if memory == "history" else (MEMORIES[memory], acting)
-    steps = config.direct_steps if action == "direct" else config.steps
     wrappers = [wrapper for wrapper in order if wrapper is not None]
-    return [
-        "--wrappers",
-        *wrappers,
-        "--total-steps",
-        str(steps),
-        "--evaluate-every",
-        str(steps // 2),
-        "--evaluation-episodes",
-        "300",
-        *recipe,
-    ]
+    steps = config.steps_of(action)
+    amounts = ["--total-steps", str(steps), "--evaluate-every", str(steps // 2), "--evaluation-episodes", "300"]
+    return ["--wrappers", *wrappers, *amounts, *recipe]
 
 
 def train(config: Config, action: str, memory: str, seed: int) -> None:
     """Train one agent, or the rest of it, or nothing if it is finished."""
     folder = config.folder / f"{action}_{memory}" / f"seed_{seed}"
-    steps = config.direct_steps if action == "direct" else config.steps
-    done = sorted((folder / "checkpoints").glob("[0-9]" * 10))
+    steps, done = config.steps_of(action), checkpoints(folder)
     if done and int(done[-1].name) >= steps:
         return
     arguments = [*words(config, action, memory), "--seed", str(seed), "--torch-threads", "1"]
@@ -123,22 +115,26 @@ def train(config: Config, action: str, memory: str, seed: int) -> None:
         raise SystemExit(f"training {folder} failed; see {folder / 'log.txt'}")
 
 
-def flown(config: Config, names: list[str]) -> dict[str, list[Evaluation]]:
+def flown(config: Config, names: list[str]) -> Benchmark:
     """Fly the base and all agents through the frozen episodes."""
-    episodes, scenario = frozen.load("flagship", config.episodes), scenarios.get("flagship")
-    policies = {BASE: [BASE]}
-    policies |= {
-        name: [str(config.folder / name / f"seed_{seed}" / "agent") for seed in range(config.seeds)] for name in names
-    }
-    total = sum(map(len, policies.values())) * len(episodes)
+    episodes = frozen_episodes(["flagship"], config.episodes)
+    listed = entries_of([BASE, *(str(config.folder / name) for name in names)], scenarios.get("flagship"))
+    # There may be more seeds on disk than this study asks for.
+    entries = [replace(entry, policies=entry.policies[: config.seeds]) for entry in listed]
+    total = sum(len(entry.policies) for entry in entries) * len(episodes["flagship"])
     with tqdm(total=total, desc="flying", unit="episode") as bar:
-        return {
-            name: [
-                evaluate(scenario, path, episodes, f"{name} {index}", config.output / "batches", bar.update)
-                for index, path in enumerate(listed)
-            ]
-            for name, listed in policies.items()
-        }
+        return fly(
+            entries, episodes, BASE, config.output, workers=config.workers, measure=False,
+            progress=lambda _split, _entry, count: bar.update(count),
+        )  # fmt: skip
+
+
+def minutes(cards: Sequence[Mapping[str, Any]]) -> str:
+    """Return the mean minutes of training of agents with these cards, each for its whole run."""
+    if not cards:
+        return "-"
+    seconds = [card.get("run_seconds", card["training_seconds"]) for card in cards]
+    return f"{sum(seconds) / 60.0 / len(seconds):.1f}"
 
 
 def main(config: Config) -> None:
@@ -154,18 +150,19 @@ def main(config: Config) -> None:
                 pool.shutdown(cancel_futures=True)
                 raise
     names = [f"{action}_{memory}" for action, memory in combinations]
-    evaluations = flown(config, names)
-    feasible = frozen.load("flagship", config.episodes).feasible
+    result = flown(config, names)
+    feasible = result.episodes["flagship"].feasible
 
-    def values(name: str, metric: str) -> list[list[float]]:
-        return [item.metrics[metric][feasible].tolist() for item in evaluations[name]]
+    def values(name: str, metric: str) -> list[FloatArray]:
+        return [item.metrics[metric][feasible] for item in result.evaluations["flagship"][name]]
 
     heading = ["action", "memory", "seeds", *METRICS, "steps", "minutes of training"]
     estimates: Cells = [heading]
     differences: Cells = [[*heading[:3], *METRICS]]
-    for name in (BASE, *names):
-        action, _, memory = name.partition("_") if name != BASE else (BASE, "", "-")
-        label = [action, memory, str(len(evaluations[name]))]
+    for entry in result.entries:
+        name = entry.name
+        action, memory = (BASE, "-") if name == BASE else name.split("_", maxsplit=1)
+        label = [action, memory, str(len(entry.policies))]
         row, change = list(label), list(label)
         for metric in METRICS:
             statistic = mean if metric in SHARES else interquartile_mean
@@ -173,14 +170,9 @@ def main(config: Config) -> None:
             if name != BASE:
                 difference = stratified_difference(values(name, metric), values(BASE, metric))
                 change.append(verdict(metric, difference))
-        cards = [json.loads((config.folder / name / f"seed_{seed}" / "agent" / "card.json").read_text())
-                 for seed in range(config.seeds if name != BASE else 0)]  # fmt: skip
+        cards = entry.provenance.get("cards", [])[: config.seeds]
         row.append(str(max((card.get("run_steps", card["steps"]) for card in cards), default="-")))
-        row.append(
-            f"{sum(card.get('run_seconds', card['training_seconds']) for card in cards) / 60.0 / len(cards):.1f}"
-            if cards
-            else "-"
-        )
+        row.append(minutes(cards))
         estimates.append(row)
         if name != BASE:
             differences.append(change)

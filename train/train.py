@@ -224,12 +224,12 @@ def resumed(config: Config) -> Config:
 def restored(config: Config, recipe: Recipe, env: SB3VecEnv) -> tuple[BaseAlgorithm, float]:
     """Return the model of the last checkpoint, with its normaliser, and its seconds of training."""
     checkpoint = checkpoints(config.run_folder)[-1]
-    path, around = checkpoint / NORMALIZER_FILE, env
-    wrapped: VecEnv = around
+    normalizer = checkpoint / NORMALIZER_FILE
+    wrapped: VecEnv = env
     if recipe.normalize:
-        if not path.is_file():
+        if not normalizer.is_file():
             raise SystemExit(f"--resume: {checkpoint} has no {NORMALIZER_FILE}: resume from a whole checkpoint")
-        wrapped = VecNormalize.load(str(path), around)
+        wrapped = VecNormalize.load(str(normalizer), env)
     schedules = {name: value for name, value in recipe.arguments().items() if callable(value)}
     model = load_model(checkpoint / MODEL_FILE, wrapped, resumed_kind, **schedules)
     model.set_random_seed(config.seed + model.num_timesteps)
@@ -255,8 +255,6 @@ def train(config: Config) -> None:
         require(known, "env_id", "must be an environment of ftac_gym", config.env_id)
         recipe, schedule = config.recipe, config.schedule
         env, actor_size = make_env(config, recipe)
-        if schedule.severity_start < 1.0:
-            env.env_method("set_severity", schedule.severity_start)  # refused if the faults have none
         if config.resume:
             model, seconds = restored(config, recipe, env)
         else:
@@ -266,18 +264,19 @@ def train(config: Config) -> None:
             if recipe.normalize:
                 wrapped = VecNormalize(env, gamma=recipe.settings.get("gamma", 0.99))
             model, seconds = build(config.algo, recipe, wrapped, actor_size, config.seed, folder / "tensorboard"), 0.0
-            # What a run leaves that was killed before its first checkpoint is worth nothing.
-            (folder / EVALUATIONS_FILE).unlink(missing_ok=True)
-            folder.mkdir(parents=True, exist_ok=True)
-            written = dataclasses.asdict(dataclasses.replace(config, seeds=1))
-            (folder / "config.json").write_text(json.dumps(written, indent=2, default=str) + "\n")
+        if schedule.severity_start < 1.0:
+            # Before the first episodes are drawn, which is before any callback; refused if the faults have none.
+            env.env_method("set_severity", schedule.severity(model.num_timesteps))
     except (ValueError, gym.error.Error) as error:
         raise SystemExit(f"--{error}") from None
-    except (
-        TypeError,
-        AssertionError,
-    ) as error:  # an unknown argument of a wrapper or of the algorithm, or one it refuses
+    except (TypeError, AssertionError) as error:  # an argument that a wrapper or the algorithm does not take
         raise SystemExit(f"--wrappers or --hyperparameters: {error}") from None
+    if not config.resume:
+        # What a run leaves that was killed before its first checkpoint is worth nothing.
+        (folder / EVALUATIONS_FILE).unlink(missing_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
+        written = dataclasses.asdict(dataclasses.replace(config, seeds=1))
+        (folder / "config.json").write_text(json.dumps(written, indent=2, default=str) + "\n")
     around = model.get_env()
     assert around is not None
     # Far apart for every run: Stable-Baselines3's own seeds would give neighbouring runs the same episodes.
@@ -291,9 +290,6 @@ def train(config: Config) -> None:
             folder, task, recipe.interface, schedule,
             lambda steps, taken: card(config, recipe, steps, taken), lambda: seconds + time.monotonic() - started,
         )  # fmt: skip
-        if schedule.severity_start < 1.0:
-            # Before the first episodes are drawn: it counts for coming ones.
-            around.env_method("set_severity", schedule.severity(model.num_timesteps))
         callbacks = CallbackList([keeper, ProgressBarCallback()])
         model.learn(remaining, callback=callbacks, reset_num_timesteps=False, tb_log_name=config.algo)
     best = json.loads((folder / "agent" / CARD_FILE).read_text())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import pickle
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -71,7 +71,7 @@ class Interface:
         """The tier of what the actor knows: the observation's, or more if a wrapper or its base knows more."""
         known = {self.observation}
         for name, given in self.wrappers:
-            base = given.get("base", "pd_dob" if name in ON_BASE else None)
+            base = base_of(name, given)
             arguments = {**({} if base is None else baselines.defaults(base)), **given}
             source = arguments.get("source", arguments.get("faults"))
             if source == TRUTH[1]["source"]:
@@ -99,6 +99,11 @@ WRAPPERS = ("FaultEstimateObservation", "GainScheduling", "ObservationHistory", 
 
 ON_BASE = ("GainScheduling", "ResidualPolicy")
 """Those through which an agent acts on a base, whose own action is an action of zero."""
+
+
+def base_of(wrapper: str, arguments: Mapping[str, Any]) -> str | None:
+    """Return the base through which an agent acts by a wrapper with these arguments; None if it has none."""
+    return arguments.get("base", "pd_dob") if wrapper in ON_BASE else None
 
 
 class Agent:

@@ -17,7 +17,7 @@ from ftac_gym.evaluation.metrics import Metrics
 from ftac_gym.evaluation.rollout import BaselineContestant, rollout
 from ftac_gym.parameters import require
 from ftac_gym.scenario import Scenario
-from ftac_gym.scenarios import SPLITS, frozen
+from ftac_gym.scenarios import frozen
 
 DIGITS = 4
 """Significant digits of the gains that are flown and stored."""
@@ -60,7 +60,7 @@ class Search:
         require(len(self.space) > 1, "baseline", "must have at least two gains to search", self.baseline)
         baselines.make(self.baseline, self.scenario)
         require(self.episodes > 0, "episodes", "must be positive", self.episodes)
-        taken = {frozen.FIRST_SEED + 1_000 * number for number in range(len(SPLITS))}
+        taken = set(frozen.seeds().values())
         free = not taken & {self.seed, self.seed + 1}
         require(free, "seed", f"and the next must not be of the frozen test episodes, {sorted(taken)}", self.seed)
         feasible = bool(_drawn(self.scenario.to_json(), self.seed, self.episodes).feasible.any())

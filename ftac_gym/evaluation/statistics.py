@@ -85,22 +85,22 @@ def estimate(values: FloatArray, statistic: Callable[..., Any] = mean, seed: int
     -------
     The estimate with a percentile bootstrap interval; NaN if there are no values.
     """
-    known = np.asarray(values, dtype=np.float64)
-    known = known[~np.isnan(known)]
-    if known.size == 0:
+    given = np.asarray(values, dtype=np.float64)
+    given = given[~np.isnan(given)]
+    if given.size == 0:
         return Estimate(float("nan"), float("nan"), float("nan"), 0)
-    point = float(statistic(known))
-    if known.size == 1 or np.ptp(known) == 0.0:
-        return Estimate(point, point, point, known.size)
+    point = float(statistic(given))
+    if given.size == 1 or np.ptp(given) == 0.0:
+        return Estimate(point, point, point, given.size)
     ends = stats.bootstrap(
-        (known,),
+        (given,),
         statistic,
         n_resamples=RESAMPLES,
         confidence_level=CONFIDENCE,
         method="percentile",
         rng=np.random.default_rng(seed),
     ).confidence_interval
-    return Estimate(point, float(ends.low), float(ends.high), known.size)
+    return Estimate(point, float(ends.low), float(ends.high), given.size)
 
 
 def paired_difference(

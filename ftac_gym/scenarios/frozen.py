@@ -27,6 +27,11 @@ FIRST_SEED = 10_000
 _FILE = "frozen.json"
 
 
+def seeds() -> dict[str, int]:
+    """Return the seed of each split's list, by its name."""
+    return {split: FIRST_SEED + 1_000 * number for number, split in enumerate(scenarios.SPLITS)}
+
+
 def draw_feasible(scenario: Scenario, seed: int, feasible: int) -> Episodes:
     """Draw episodes of a seed, from the first on, until so many of them are feasible.
 
@@ -80,8 +85,7 @@ def load(split: str, feasible: int = FEASIBLE) -> Episodes:
 def freeze(path: Path) -> None:
     """Draw the lists of all splits and write them to a file."""
     lists = {}
-    for number, split in enumerate(scenarios.SPLITS):
-        seed = FIRST_SEED + 1_000 * number
+    for split, seed in seeds().items():
         episodes = draw_feasible(scenarios.get(split), seed, FEASIBLE)
         lists[split] = {"seed": seed, "count": len(episodes), "feasible": FEASIBLE, "digest": episodes.digest()}
     path.write_text(json.dumps(lists, indent=2) + "\n")

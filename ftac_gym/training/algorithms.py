@@ -67,18 +67,6 @@ def build(
     return model
 
 
-def resumed_kind(kind: type[BaseAlgorithm]) -> type[BaseAlgorithm]:
-    """Return an algorithm as it goes on: an off-policy one fills its first buffer with what its own policy does."""
-    if not issubclass(kind, OffPolicyAlgorithm):
-        return kind
-
-    class Resumed(_OwnData, kind):  # type: ignore[misc,valid-type]
-        """The algorithm, after a resume."""
-
-    Resumed.__name__ = kind.__name__
-    return Resumed
-
-
 def has_base(interface: Interface) -> bool:
     """Tell whether an agent acts through a base, whose own action is an action of zero."""
     return any(name in ON_BASE for name, _ in interface.wrappers)
@@ -86,21 +74,22 @@ def has_base(interface: Interface) -> bool:
 
 def kind_of(algorithm: str, on_base: bool) -> type[BaseAlgorithm]:
     """Return the class of an algorithm; off-policy ones on a base begin with data about it."""
-    if algorithm == "ppo":
-        return PPO
-    if algorithm == "sac":
-        return _BaseDataSAC if on_base else SAC
-    from sb3_contrib import TQC, RecurrentPPO
+    kinds: dict[str, type[BaseAlgorithm]] = {"ppo": PPO, "sac": SAC}
+    if algorithm not in kinds:
+        from sb3_contrib import TQC, RecurrentPPO
 
-    if algorithm == "recurrent_ppo":
-        return RecurrentPPO
-    if not on_base:
-        return TQC
+        kinds |= {"recurrent_ppo": RecurrentPPO, "tqc": TQC}
+    return _sampling(_BaseData, kinds[algorithm]) if on_base else kinds[algorithm]
 
-    class BaseDataTQC(_BaseData, TQC):
-        """TQC that begins with data about its base."""
 
-    return BaseDataTQC
+def resumed_kind(kind: type[BaseAlgorithm]) -> type[BaseAlgorithm]:
+    """Return an algorithm as it goes on: an off-policy one fills its first buffer with what its own policy does."""
+    return _sampling(_OwnData, kind)
+
+
+def _sampling(way: type, kind: type[BaseAlgorithm]) -> type[BaseAlgorithm]:
+    """Return an off-policy algorithm that samples its first actions in some way, under its name; others as they are."""
+    return type(kind.__name__, (way, kind), {}) if issubclass(kind, OffPolicyAlgorithm) else kind
 
 
 class _BaseData:
@@ -126,10 +115,6 @@ class _OwnData:
         self, learning_starts: int, action_noise: Any = None, n_envs: int = 1
     ) -> tuple[np.ndarray, np.ndarray]:
         return super()._sample_action(0, action_noise, n_envs)  # type: ignore[misc,no-any-return]
-
-
-class _BaseDataSAC(_BaseData, SAC):
-    """SAC that begins with data about its base."""
 
 
 def start_as_base(model: BaseAlgorithm) -> None:

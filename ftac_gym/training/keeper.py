@@ -22,7 +22,7 @@ from ftac_gym.evaluation.metrics import summarize
 from ftac_gym.evaluation.rollout import rollout
 from ftac_gym.parameters import require
 from ftac_gym.scenario import Scenario
-from ftac_gym.scenarios import SPLITS, frozen
+from ftac_gym.scenarios import frozen
 from ftac_gym.training.algorithms import let_actor_learn
 
 
@@ -59,7 +59,7 @@ class Schedule:
             require(isinstance(value, int) and value > 0, name, "must be a positive integer", value)
         inside = 0.0 <= self.severity_start <= 1.0
         require(inside, "severity_start", "must be within [0, 1]", self.severity_start)
-        taken = [frozen.FIRST_SEED + 1_000 * number for number in range(len(SPLITS))]
+        taken = list(frozen.seeds().values())
         rule = f"must not be of the frozen test episodes, {taken}"
         require(self.evaluation_seed not in taken, "evaluation_seed", rule, self.evaluation_seed)
 

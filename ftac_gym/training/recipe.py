@@ -13,7 +13,7 @@ from stable_baselines3.common.utils import LinearSchedule
 
 from ftac_gym import baselines
 from ftac_gym.baselines.search import merged, nested
-from ftac_gym.evaluation.agent import WRAPPERS, Interface
+from ftac_gym.evaluation.agent import WRAPPERS, Interface, base_of
 from ftac_gym.parameters import require
 
 ALGORITHMS = ("ppo", "recurrent_ppo", "sac", "tqc")
@@ -137,8 +137,7 @@ def written_out(interface: Interface) -> Interface:
     """Return an interface with all gains of its base: an agent must not change when the defaults of its base do."""
     wrappers = []
     for name, arguments in interface.wrappers:
-        if "base" in arguments or name in ("ResidualPolicy", "GainScheduling"):
-            base = arguments.get("base", "pd_dob")
+        if (base := base_of(name, arguments)) is not None:
             own = {"base", "authority", "fade_angle", "fade_floor", "surprise", "ranges", "gains"}
             changes = {key: value for key, value in arguments.items() if key not in own}
             gains = merged(baselines.defaults(base), baselines.chosen(base, arguments.get("gains", "default"), changes))

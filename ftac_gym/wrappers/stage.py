@@ -92,7 +92,25 @@ class Stage:
         self.observation_space = spaces.Box(lowest, highest, dtype=np.float32)
 
 
-class StageWrapper(gym.Wrapper[Observation, npt.NDArray[Any], Observation, npt.NDArray[Any]], RecordConstructorArgs):
+class _Staged:
+    """What single and vector wrappers show of their stage."""
+
+    stage: Stage
+
+    @property
+    def acts(self) -> bool:
+        """Whether it turns the agent's actions into commands to the wheels."""
+        return self.stage.acts
+
+    @property
+    def information(self) -> str:
+        """The tier of information that it tells or uses."""
+        return self.stage.information
+
+
+class StageWrapper(
+    _Staged, gym.Wrapper[Observation, npt.NDArray[Any], Observation, npt.NDArray[Any]], RecordConstructorArgs
+):
     """A single environment behind a stage. Given a vector environment, the constructor returns a ``vector_type``.
 
     Parameters
@@ -125,16 +143,6 @@ class StageWrapper(gym.Wrapper[Observation, npt.NDArray[Any], Observation, npt.N
         self.action_space = self.stage.action_space
         self._everyone = np.ones(1, dtype=np.bool_)
 
-    @property
-    def acts(self) -> bool:
-        """Whether it turns the agent's actions into commands to the wheels."""
-        return self.stage.acts
-
-    @property
-    def information(self) -> str:
-        """The tier of information that it tells or uses."""
-        return self.stage.information
-
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
@@ -157,7 +165,9 @@ class StageWrapper(gym.Wrapper[Observation, npt.NDArray[Any], Observation, npt.N
         return (self.stage.observe(observation[None], self._everyone)[0], *others)
 
 
-class VectorStageWrapper(VectorWrapper[Observation, npt.NDArray[Any], Observation, npt.NDArray[Any], npt.NDArray[Any]]):
+class VectorStageWrapper(
+    _Staged, VectorWrapper[Observation, npt.NDArray[Any], Observation, npt.NDArray[Any], npt.NDArray[Any]]
+):
     """A vector environment behind a stage, in every autoreset mode.
 
     Parameters
@@ -183,16 +193,6 @@ class VectorStageWrapper(VectorWrapper[Observation, npt.NDArray[Any], Observatio
         self.observation_space = batch_space(self.single_observation_space, env.num_envs)
         self.action_space = batch_space(self.single_action_space, env.num_envs)
         self._everyone = np.ones(env.num_envs, dtype=np.bool_)
-
-    @property
-    def acts(self) -> bool:
-        """Whether it turns the agent's actions into commands to the wheels."""
-        return self.stage.acts
-
-    @property
-    def information(self) -> str:
-        """The tier of information that it tells or uses."""
-        return self.stage.information
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

@@ -20,6 +20,7 @@ from ftac_gym import baselines, scenarios
 from ftac_gym.evaluation import evaluate, rollout
 from ftac_gym.evaluation.agent import Agent
 from ftac_gym.evaluation.compare import TABLE_METRICS
+from ftac_gym.evaluation.designs import SHIPPED
 from ftac_gym.evaluation.metrics import UNITS
 from ftac_gym.objective import RewardWeights
 from ftac_gym.scenarios import frozen
@@ -197,6 +198,60 @@ def test_every_algorithm_trains_resumes_and_flies(algorithm, tmp_path):
     np.testing.assert_allclose(rollout(SHORT, agent, episodes[1]).command[:, 0], history.command[:, 1], atol=1e-5)
 
 
+def test_the_curriculum_holds_from_the_first_episode_on(tmp_path, monkeypatch):
+    """Stable-Baselines3 draws the first episodes before it calls any callback."""
+    train, seen = module_of("train"), []
+    small = {"num_envs": 2, "hyperparameters": ("n_steps=32", "batch_size=64"), "severity_start": 0.25}
+
+    def learn(model, *_, **__):
+        seen.append(model.get_env().get_attr("scenario")[0].faults.severity)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("stable_baselines3.PPO.learn", learn)
+    with pytest.raises(KeyboardInterrupt):
+        train.main(train.Config(run_folder=tmp_path / "run", **small))
+    assert seen == [0.25]
+    fixed = train.Config(
+        run_folder=tmp_path / "fixed", env_id="SpacecraftFTCMa2023-v0", scenario="ma_2023_faulty", wrappers=(), **small
+    )
+    with pytest.raises(SystemExit, match=r"--faults must be a FaultDistribution to have a severity"):
+        train.main(fixed)
+    assert not (tmp_path / "fixed").exists()
+
+
+def test_the_study_tabulates_agents_that_are_trained(tmp_path):
+    """With the shipped agents as two seeds of a combination, a third of which is not asked for."""
+    study = module_of("study")
+    for seed in range(3):
+        home = tmp_path / "runs" / "residual_none" / f"seed_{seed}"
+        shutil.copytree(SHIPPED / "flagship_residual" / f"seed_{seed}", home / "agent")
+        (home / "checkpoints" / "0001000000").mkdir(parents=True)
+    study.main(
+        study.Config(
+            seeds=2,
+            workers=1,
+            episodes=4,
+            actions=("residual",),
+            memories=("none",),
+            folder=tmp_path / "runs",
+            output=tmp_path / "study",
+        )
+    )
+    report = (tmp_path / "study" / "report.md").read_text()
+    episodes = frozen.load("flagship", 4)
+    chatter = [
+        rollout("flagship", str(SHIPPED / "flagship_residual" / f"seed_{seed}"), episodes).metrics()["chatter"]
+        for seed in range(2)
+    ]
+    base = rollout("flagship", "pd_dob", episodes).metrics()["chatter"]
+    feasible = episodes.feasible
+    (row,) = [
+        line for line in report.split("Mean paired")[1].splitlines() if line.startswith("| residual | none | 2 |")
+    ]
+    expected = np.mean([item[feasible].mean() for item in chatter]) - base[feasible].mean()
+    assert float(row.split("|")[7].split()[0]) == pytest.approx(expected, rel=5e-3)
+
+
 def test_several_seeds(tmp_path):
     arguments = (
         "--run-folder",
@@ -244,7 +299,7 @@ def test_train_refuses(arguments, message, tmp_path):
     assert not (tmp_path / "run").exists()
 
 
-@pytest.mark.parametrize("script", ["train", "evaluate", "tune"])
+@pytest.mark.parametrize("script", ["train", "evaluate", "tune", "study"])
 def test_help(script, tmp_path):
     result = run(f"{script}.py", "--help", folder=tmp_path)
     assert result.returncode == 0 and "usage" in result.stdout.lower()
