@@ -285,7 +285,8 @@ def main(config: Config) -> None:
         f"by split, {which} episodes: success, settling time, integrated error": split_table(rows, shown),
         "by what is wrong: mean success, median settling time": kind_table(evaluations, shown),
     }
-    wide = Console(width=max(console.width, 130))
+    # Narrower, a table of many policies would cut off the kinds of faults.
+    wide = Console(width=max(console.width, 130, 60 + 18 * len(flown)))
     for title, cells in tables.items():
         show(wide, cells, title)
     for name, items in evaluations.items():
