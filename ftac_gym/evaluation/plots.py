@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 from ftac_gym.episodes import Episodes
 from ftac_gym.evaluation.compare import Evaluation
 from ftac_gym.evaluation.rollout import Rollout
-from ftac_gym.faults import FaultKind, fault_effect
+from ftac_gym.faults import fault_effect
+from ftac_gym.faults.words import drawn_faults
 from ftac_gym.parameters import require
 
 # Okabe and Ito's colours, which the colour-blind can tell apart.
@@ -155,12 +156,5 @@ def describe_faults(history: Rollout) -> str:
 
 def faults_in_words(episodes: Episodes, index: int) -> str:
     """Return what is wrong in an episode, and from when on, in words."""
-    words = []
-    for wheel, layers in enumerate(episodes.faults[index]):
-        words += [f"wheel {wheel}: {_in_words(record)}" for record in layers if record["kind"] > 0]
-    words += [_in_words(record) for record in episodes.sensor_faults[index] if record["kind"] > 0]
+    words = drawn_faults(episodes.drawn_faults, index)
     return "; ".join(words) if words else "healthy"
-
-
-def _in_words(record: np.void) -> str:
-    return f"{FaultKind(int(record['kind'])).label} at {record['onset']:.1f} s"
