@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,8 @@ import numpy.typing as npt
 
 from ftac_gym.dynamics.plant import advance
 from ftac_gym.dynamics.sensing import sense
+from ftac_gym.dynamics.state import State
+from ftac_gym.dynamics.tables import Tables, faults_in, with_episodes, with_faults
 from ftac_gym.dynamics.wheel_table import wheel_table
 from ftac_gym.episodes import Episodes
 from ftac_gym.faults import DrawnFaults, FaultEffect, fault_effect
@@ -22,36 +23,6 @@ from ftac_gym.vibration import modal_energy, vibration_torque
 
 THREAD_BATCH = 512
 """Craft that one thread must have at least: below it, waking the thread costs more than it saves."""
-
-
-@dataclass(frozen=True, eq=False)
-class State:
-    """True state of N craft with m wheels; the arrays are the simulator's own and change with every step.
-
-    Attributes
-    ----------
-    attitude
-        (N, 4) quaternion, body relative to inertial, scalar first.
-    rate
-        (N, 3) body rate in body axes [rad/s].
-    wheel_momentum
-        (N, m) [N m s].
-    wheel_torque
-        (N, m) torque of each wheel on the body at the end of the last physics step [N m].
-    motor_torque
-        (N, m) torque of each motor behind its lag, before faults and friction [N m]; for an ideal wheel, which has no
-        such state, of no meaning.
-    modal_displacement, modal_rate
-        (N, k) displacement [kg^1/2 m] and rate [kg^1/2 m/s] of each vibration mode; k = 0 for rigid craft.
-    """
-
-    attitude: FloatArray
-    rate: FloatArray
-    wheel_momentum: FloatArray
-    wheel_torque: FloatArray
-    motor_torque: FloatArray
-    modal_displacement: FloatArray
-    modal_rate: FloatArray
 
 
 class Simulator:
@@ -112,7 +83,7 @@ class Simulator:
         self._past = np.zeros((count, 0, wheels.count))
         self._gyro_bias = np.zeros((count, 3))
         self._all = np.arange(count)
-        self._tables: dict[str, npt.NDArray[Any]] | None = None
+        self._tables: Tables | None = None
         self._pool: ThreadPoolExecutor | None = None
 
     def __getstate__(self) -> dict[str, Any]:
@@ -128,8 +99,7 @@ class Simulator:
     @property
     def faults(self) -> DrawnFaults:
         """The faults of the episodes that the craft are in: views, not to be written to."""
-        tables = self._drawn()
-        return DrawnFaults(tables["faults"], tables["sensor_faults"], tables["switches"])
+        return faults_in(self._drawn())
 
     @property
     def modal_energy(self) -> FloatArray:
@@ -178,21 +148,15 @@ class Simulator:
             require(valid, "mask", f"must be a boolean array of shape ({self.num_craft},)", mask)
             chosen = np.flatnonzero(mask)
         require(len(episodes) == len(chosen), "episodes", f"must be {len(chosen)}, one per craft reset", len(episodes))
-        arrays = episodes.arrays()
         wheels = episodes.faults.shape[1]
         require(wheels == len(self._torque_limits), "episodes", f"must have {len(self._torque_limits)} wheels", wheels)
         modes, known = episodes.modes.shape[1], self.scenario.spacecraft.modes
         require(modes == known, "episodes", f"must be of craft with {known} vibration modes", modes)
         if self._tables is None:
             require(len(chosen) == self.num_craft, "mask", "must cover all craft at the first reset", mask)
-            self._tables = {name: np.array(array) for name, array in arrays.items()}
+            self._tables = {name: np.array(array) for name, array in episodes.arrays().items()}
         else:
-            for name, table in self._tables.items():
-                fits = table.dtype == arrays[name].dtype and table.shape[1:] == arrays[name].shape[1:]
-                rule = f"must fit the scenario: {name} must have shape (episodes, *{table.shape[1:]})"
-                require(fits, "episodes", rule, arrays[name].shape)
-            for name, table in self._tables.items():
-                table[chosen] = arrays[name]
+            self._tables = with_episodes(self._tables, episodes, chosen)
         tables = self._tables
         for part, name in ((self.state.attitude, "attitude"), (self.state.rate, "rate")):
             part[chosen] = tables["initial"][name][chosen]
@@ -203,9 +167,7 @@ class Simulator:
         self.state.wheel_torque[chosen] = 0.0
         self.state.motor_torque[chosen] = 0.0
         self.last_command[chosen] = 0.0
-        if not self._past.shape[1] and (arrays["faults"]["delay"] > 0).any():
-            # Commands are remembered once a craft is in an episode that may need them.
-            self._past = np.zeros((self.num_craft, LONGEST_DELAY, wheels))
+        self._remember()
         self._past[chosen] = 0.0
         self.ticks[chosen] = 0
         self._gyro_bias[chosen] = tables["sensors"]["gyro_bias"][chosen]
@@ -259,6 +221,36 @@ class Simulator:
             tables["disturbance"], tables["harmonics"], self._step, self._substeps,
         )  # fmt: skip
 
+    def set_faults(self, drawn: DrawnFaults) -> None:
+        """Change what is wrong with the craft in the middle of their episodes; see :mod:`ftac_gym.faults.live`.
+
+        ``episodes`` then are those with these faults from the start: flown again, they give the same flight. Only a
+        command delay that comes to craft without any begins as if the commands had always been the latest one. The
+        labels of feasibility stay those of the episodes as they were drawn.
+
+        Parameters
+        ----------
+        drawn
+            The faults of all craft, past and present.
+
+        Raises
+        ------
+        ValueError
+            If they are for another number of craft or wheels.
+        """
+        tables = self._drawn()
+        craft, wheels = self.last_command.shape
+        given = tuple(len(table) for table in drawn), drawn.wheels.shape[1]
+        rule = f"must be for {craft} craft of {wheels} wheels; craft in each table, and wheels"
+        require(given == ((craft,) * 3, wheels), "faults", rule, given)
+        self._tables = with_faults(tables, drawn)
+        self._remember()
+
+    def _remember(self) -> None:
+        """Keep past commands from now on if some craft is in an episode that may need them."""
+        if not self._past.shape[1] and (self._drawn()["faults"]["delay"] > 0).any():
+            self._past = np.repeat(self.last_command[:, None], LONGEST_DELAY, axis=1)
+
     def truth(self) -> FaultEffect:
         """Return what the faults of all craft do now."""
         wheels = self.scenario.spacecraft.wheels
@@ -287,7 +279,7 @@ class Simulator:
             truth=self.truth() if truth else None,
         )
 
-    def _drawn(self) -> dict[str, npt.NDArray[Any]]:
+    def _drawn(self) -> Tables:
         if self._tables is None:
             raise RuntimeError("the simulator must be reset before it is used")
         return self._tables

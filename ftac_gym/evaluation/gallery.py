@@ -14,29 +14,11 @@ from ftac_gym import attitude as attitudes
 from ftac_gym.dynamics import Simulator
 from ftac_gym.evaluation.plots import COLORS, FLOOR
 from ftac_gym.evaluation.rollout import Rollout, rollout
-from ftac_gym.faults import (
-    KINDS,
-    AttitudeSpike,
-    Bias,
-    CommandDelay,
-    DriftingEffectiveness,
-    Fault,
-    FaultKind,
-    FaultSchedule,
-    FrictionRise,
-    GyroBiasStep,
-    HardOver,
-    IntermittentShutdown,
-    LockInPlace,
-    LossOfEffectiveness,
-    Outage,
-    Seizure,
-    SensorFault,
-    StarTrackerOutage,
-)
+from ftac_gym.faults import KINDS, Fault, FaultKind, FaultSchedule, SensorFault, WheelFault
+from ftac_gym.faults.specification import example
 from ftac_gym.friction import Friction
 from ftac_gym.initial_state import InitialState
-from ftac_gym.parameters import FloatArray, require
+from ftac_gym.parameters import FloatArray
 from ftac_gym.scenario import Scenario
 
 ONSET, WHEEL = 8.0, 1
@@ -47,26 +29,10 @@ _DEGREE = np.pi / 180.0
 
 def examples() -> dict[FaultKind, Fault]:
     """Return a fault of each kind, strong enough to be seen."""
-    struck: dict[str, Any] = {"wheel": WHEEL, "onset": ONSET}
-    faults: tuple[Fault, ...] = (
-        LossOfEffectiveness(**struck, effectiveness=0.1),
-        DriftingEffectiveness(**struck, effectiveness=0.0, rise=30.0),
-        Bias(**struck, amplitude=0.08, frequency=0.3),
-        Outage(**struck),
-        LockInPlace(**struck),
-        HardOver(**struck, fraction=0.5, random_sign=False),
-        FrictionRise(**struck, factor=100.0, rise=30.0),
-        Seizure(**struck, brake=2.0),
-        IntermittentShutdown(**struck),
-        CommandDelay(**struck, periods=3.0),
-        GyroBiasStep(onset=ONSET, size=0.05 * _DEGREE),
-        StarTrackerOutage(onset=ONSET, duration=60.0),
-        AttitudeSpike(onset=ONSET, angle=2.0 * _DEGREE, period=15.0, on_time=0.3),
-    )
-    shown = {fault.kind: fault for fault in faults}
-    missing = [kind.__name__ for kind in KINDS if kind.kind not in shown]
-    require(not missing, "examples", "must show every fault kind; missing", missing)
-    return shown
+    return {
+        kind.kind: example(kind, onset=ONSET, **({"wheel": WHEEL} if issubclass(kind, WheelFault) else {}))
+        for kind in KINDS
+    }
 
 
 def with_fault(scenario: Scenario, fault: Fault | None) -> Scenario:

@@ -10,7 +10,6 @@ import pytest
 from ftac_gym import scenarios
 from ftac_gym.dynamics import Simulator
 from ftac_gym.episodes import Episodes
-from ftac_gym.faults import FaultSchedule, Outage
 from ftac_gym.measurement import Measurement
 from ftac_gym.wheels import WheelArray
 
@@ -219,9 +218,6 @@ def three_wheels():
     return FLAGSHIP.replace(spacecraft=spacecraft)
 
 
-LAYERED = FLAGSHIP.replace(faults=FaultSchedule((Outage(wheel=0), Outage(wheel=0, onset=5.0))))
-
-
 @pytest.mark.parametrize(
     ("episodes", "mask", "message"),
     [
@@ -230,7 +226,6 @@ LAYERED = FLAGSHIP.replace(faults=FaultSchedule((Outage(wheel=0), Outage(wheel=0
         (FLAGSHIP.draw(1, 3), np.array([True, True]), r"mask must be a boolean array of shape \(3,\)"),
         (FLAGSHIP.draw(1, 3), np.array([1, 1, 1]), r"mask must be a boolean array of shape \(3,\)"),
         (three_wheels().draw(1, 3), None, "episodes must have 4 wheels"),
-        (LAYERED.draw(1, 3), None, "episodes must fit the scenario: faults"),
         (FLAGSHIP.replace(disturbance=None).draw(1, 3), None, "episodes must fit the scenario: harmonics"),
     ],
 )

@@ -1,0 +1,162 @@
+"""Faults that come and go while an episode runs."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ftac_gym import Simulator, baselines, scenarios
+from ftac_gym.faults import (
+    KINDS,
+    AttitudeSpike,
+    Bias,
+    CommandDelay,
+    FaultSchedule,
+    IntermittentShutdown,
+    Outage,
+    Seizure,
+    SensorFault,
+)
+from ftac_gym.faults.live import repaired, struck, widened
+from ftac_gym.faults.specification import example
+from ftac_gym.faults.words import acting_faults
+from ftac_gym.friction import Friction
+
+HEALTHY = scenarios.get("flagship").replace(faults=None)
+LIMITS = HEALTHY.spacecraft.wheels.torque_limits
+
+
+def rubbing(scenario):
+    """Return the scenario with wheels that have friction, which some faults need."""
+    wheels = replace(scenario.spacecraft.wheels, spin_inertia=0.02, friction=Friction(5e-4))
+    return scenario.replace(spacecraft=replace(scenario.spacecraft, wheels=wheels))
+
+
+def fly(simulator, law, steps, disturb=lambda step: None):
+    """Let a law fly, with something done before each step; return the states on the way."""
+    states = []
+    for step in range(steps):
+        disturb(step)
+        simulator.step(law.act(simulator.measurement()))
+        state = simulator.state
+        states.append(np.concatenate([state.attitude, state.rate, state.wheel_momentum], axis=1))
+    return np.array(states)
+
+
+def pair(scenario, craft=2):
+    """Return a simulator at the start of an episode and a law for it."""
+    simulator = Simulator(scenario, craft)
+    simulator.reset(scenario.draw(3, craft))
+    return simulator, baselines.make("pd_dob", scenario, craft)
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind is not CommandDelay], ids=lambda kind: kind.__name__)
+def test_a_flight_with_live_faults_is_the_one_of_its_episode(kind):
+    scenario = rubbing(HEALTHY)
+    fault = example(kind) if issubclass(kind, SensorFault) else example(kind, wheel=1)
+    simulator, law = pair(scenario)
+    random = np.random.default_rng(5)
+
+    def live(step):
+        if step == 50:
+            simulator.set_faults(struck(simulator.faults, 0, fault, simulator.time[0], LIMITS, random))
+        if step == 150:
+            wheel = None if issubclass(kind, SensorFault) else 1
+            simulator.set_faults(repaired(simulator.faults, 0, wheel, simulator.time[0]))
+
+    flown = fly(simulator, law, 250, live)
+    again = Simulator(scenario, 2)
+    again.reset(simulator.episodes)
+    replayed = fly(again, baselines.make("pd_dob", scenario, 2), 250)
+    np.testing.assert_array_equal(flown, replayed)
+    quiet, same = pair(scenario)
+    healthy = fly(quiet, same, 250)
+    np.testing.assert_array_equal(flown[:50], healthy[:50])
+    assert np.abs(flown[150, 0] - healthy[150, 0]).max() > 1e-7, "the fault must be felt"
+    np.testing.assert_array_equal(flown[:, 1], healthy[:, 1])
+
+
+def test_a_live_command_delay_makes_commands_late():
+    simulator, _ = pair(HEALTHY)
+    simulator.step(np.full((2, 4), 0.05))
+    delay = CommandDelay(wheel=2, periods=2.0)
+    simulator.set_faults(struck(simulator.faults, 0, delay, simulator.time[0], LIMITS, np.random.default_rng(0)))
+    torques = []
+    for command in (0.1, 0.15, 0.2, 0.0):
+        simulator.step(np.full((2, 4), command))
+        torques.append(simulator.state.wheel_torque[:, 2].copy())
+    np.testing.assert_allclose(torques, [[0.05, 0.1], [0.05, 0.15], [0.1, 0.2], [0.15, 0.0]])
+
+
+def test_faults_pile_up_on_a_wheel_and_a_repair_ends_them_all():
+    drawn = HEALTHY.draw(0, 2).drawn_faults
+    random = np.random.default_rng(1)
+    for time in (1.0, 2.0, 3.0):
+        drawn = struck(drawn, 1, Bias(wheel=0, constant=0.01 * time), time, LIMITS, random)
+    assert drawn.wheels.shape == (2, 4, 3)
+    now = np.full(2, 3.0)
+    assert acting_faults(drawn, now)[1].words == tuple(f"wheel 0: bias at {time:.1f} s" for time in (1.0, 2.0, 3.0))
+    assert acting_faults(drawn, now)[0].words == ()
+    healed = repaired(drawn, 1, 0, 5.0)
+    assert len(acting_faults(healed, np.full(2, 4.9))[1].words) == 3
+    assert acting_faults(healed, np.full(2, 5.0))[1].words == ()
+
+
+def test_a_repair_also_takes_away_what_was_to_come():
+    scenario = HEALTHY.replace(faults=FaultSchedule((Outage(wheel=3, onset=40.0), AttitudeSpike(onset=50.0))))
+    drawn = scenario.draw(0, 1).drawn_faults
+    for wheel in (3, None):
+        drawn = repaired(drawn, 0, wheel, 10.0)
+    assert not drawn.wheels["kind"].any() and not drawn.sensors["kind"].any()
+    assert acting_faults(drawn, np.array([60.0]))[0].words == ()
+
+
+def test_tables_given_are_left_as_they_are():
+    drawn = HEALTHY.draw(0, 1).drawn_faults
+    before = [table.copy() for table in drawn]
+    struck(drawn, 0, Seizure(wheel=1), 3.0, LIMITS, np.random.default_rng(0))
+    repaired(drawn, 0, 1, 3.0)
+    for table, kept in zip(drawn, before, strict=True):
+        np.testing.assert_array_equal(table, kept)
+
+
+def test_wider_tables_say_the_same():
+    drawn = scenarios.get("flagship_double").draw(2, 20).drawn_faults
+    wide = widened(drawn, 3, 2, 4)
+    assert (wide.wheels.shape[2], wide.sensors.shape[1], wide.switches.shape[1]) == (3, 2, 4)
+    now = np.full(20, 60.0)
+    for narrow, other in zip(acting_faults(drawn, now), acting_faults(wide, now), strict=True):
+        assert narrow.words == other.words
+
+
+def test_craft_with_and_without_layers_share_a_simulator():
+    layered = HEALTHY.replace(faults=FaultSchedule((Outage(wheel=0), Outage(wheel=0, onset=5.0))))
+    simulator, law = pair(HEALTHY)
+    alone = Simulator(layered, 1)
+    alone.reset(layered.draw(7, 1))
+    simulator.reset(layered.draw(7, 1), np.array([False, True]))
+    flown = fly(simulator, law, 80)
+    other = fly(alone, baselines.make("pd_dob", layered, 1), 80)
+    np.testing.assert_allclose(flown[:, 1], other[:, 0], rtol=0.0, atol=1e-12)
+    simulator.reset(HEALTHY.draw(9, 1), np.array([False, True]))
+    assert simulator.episodes.faults.shape == (2, 4, 2)
+
+
+@pytest.mark.parametrize("wheel", [None, 4])
+def test_a_fault_must_name_a_wheel_that_there_is(wheel):
+    with pytest.raises(ValueError, match=r"wheel must be one of \[0, 1, 2, 3\], got"):
+        struck(HEALTHY.draw(0, 1).drawn_faults, 0, Outage(wheel=wheel), 0.0, LIMITS, np.random.default_rng(0))
+
+
+def test_faults_of_other_craft_are_refused():
+    simulator, _ = pair(HEALTHY)
+    with pytest.raises(ValueError, match=r"faults must be for 2 craft of 4 wheels; .*, got"):
+        simulator.set_faults(HEALTHY.draw(0, 1).drawn_faults)
+
+
+def test_a_random_chain_starts_now():
+    drawn = HEALTHY.draw(0, 1).drawn_faults
+    drawn = struck(drawn, 0, IntermittentShutdown(wheel=0), 30.0, LIMITS, np.random.default_rng(2))
+    assert acting_faults(drawn, np.array([29.9]))[0].words == ()
+    assert acting_faults(drawn, np.array([30.0]))[0].words == ("wheel 0: intermittent shutdown at 30.0 s",)
+    assert drawn.switches[0, 0, 0] > 30.0
