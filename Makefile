@@ -3,8 +3,9 @@ PYTHON ?= python3
 VENV := .venv
 RUN := $(VENV)/bin/python
 STAMP := $(VENV)/.ready
+DOCS_STAMP := $(VENV)/.docs-ready
 
-.PHONY: help setup evaluate test train bench lint format clean
+.PHONY: help setup evaluate test train bench docs lint format clean
 
 help:  ## list the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /	/'
@@ -29,6 +30,14 @@ train: $(STAMP)  ## train the shipped agent again
 bench: $(STAMP)  ## measure the speed, as ratios of one run
 	$(RUN) benchmarks/benchmark.py
 
+$(DOCS_STAMP): $(STAMP)
+	$(RUN) -m pip install --quiet --disable-pip-version-check --editable '.[docs,render]' -c constraints.txt
+	touch $(DOCS_STAMP)
+
+docs: $(DOCS_STAMP)  ## build the documentation site, run its tutorials and check its links
+	$(RUN) -m sphinx --jobs auto --fresh-env --fail-on-warning --keep-going --nitpicky --quiet docs docs/_build/html
+	$(RUN) docs/scripts/check_links.py docs/_build/html
+
 lint: $(STAMP)  ## check style and types
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/ruff format --check .
@@ -39,4 +48,5 @@ format: $(STAMP)  ## format the code
 	$(VENV)/bin/ruff check --fix .
 
 clean:  ## remove what the targets made
-	rm -rf $(VENV) results runs .mypy_cache .ruff_cache .pytest_cache
+	rm -rf $(VENV) results runs docs/_build docs/api/generated docs/baselines/generated docs/environments/generated
+	rm -rf .mypy_cache .ruff_cache .pytest_cache

@@ -15,7 +15,7 @@ import numpy as np
 from ftac_gym.appendages import FlexibleAppendages
 from ftac_gym.disturbances import Disturbance, Harmonic
 from ftac_gym.episodes import Episodes
-from ftac_gym.faults import KINDS, FaultDistribution, FaultSchedule
+from ftac_gym.faults import FaultDistribution, FaultSchedule, registered
 from ftac_gym.faults.table import FLIPS
 from ftac_gym.friction import Friction
 from ftac_gym.inertia import InertiaUncertainty
@@ -166,10 +166,7 @@ class Scenario:
         known = [item.name for item in dataclasses.fields(self)]
         for name in changes:
             require(name in known, "scenario change", f"must be one of {known}", name)
-        rebuilt = {
-            name: from_plain(value, _CLASSES) if isinstance(value, Mapping) else value
-            for name, value in changes.items()
-        }
+        rebuilt = {name: _rebuilt(value) if isinstance(value, Mapping) else value for name, value in changes.items()}
         return dataclasses.replace(self, **rebuilt)
 
     def to_dict(self) -> dict[str, Any]:
@@ -188,7 +185,7 @@ class Scenario:
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Scenario:
         """Rebuild what :meth:`to_dict` made; raises ValueError for anything else."""
-        scenario = from_plain(data, _CLASSES)
+        scenario = _rebuilt(data)
         require(isinstance(scenario, Scenario), "scenario", "must describe a Scenario", type(scenario).__name__)
         return scenario  # type: ignore[no-any-return]
 
@@ -217,15 +214,24 @@ def success_steps(scenario: Scenario) -> int:
     return math.ceil(scenario.success.hold / scenario.control_period - 1e-9)
 
 
-_CLASSES: dict[str, type] = {
+PARTS: Mapping[str, type] = {
     entry.__name__: entry
     for entry in (
         Scenario, Spacecraft, WheelArray, InitialState, SetPoints, MRPSinusoid, RateProfile, FaultDistribution,
-        FaultSchedule, *KINDS, Friction, Disturbance, LowOrbitTorque, Harmonic, SensorErrors,
+        FaultSchedule, Friction, Disturbance, LowOrbitTorque, Harmonic, SensorErrors,
         InertiaUncertainty, RewardWeights, SuccessCriterion, PrescribedBound,
         FlexibleAppendages, AppendageUncertainty,
     )
 }  # fmt: skip
+"""What a scenario is made of besides faults, by the name in its JSON."""
+
+
+def _rebuilt(data: Any) -> Any:
+    """Return what plain data stands for; kinds of fault from outside of the package if they are registered by now."""
+    return from_plain(
+        data, {**PARTS, **registered()}, "; a fault kind of your own is known once its module is imported"
+    )
+
 
 _FIELD_CLASSES: dict[str, tuple[type, ...]] = {
     "name": (str,),

@@ -27,7 +27,7 @@ def to_plain(value: Any) -> Any:
     return value
 
 
-def from_plain(value: Any, classes: Mapping[str, type]) -> Any:
+def from_plain(value: Any, classes: Mapping[str, type], hint: str = "") -> Any:
     """Rebuild what :func:`to_plain` wrote.
 
     Parameters
@@ -36,6 +36,8 @@ def from_plain(value: Any, classes: Mapping[str, type]) -> Any:
         Plain data; every dict must name its class under ``"type"``.
     classes
         The classes that may be built, by name.
+    hint
+        What to say after the message of an unknown class.
 
     Raises
     ------
@@ -45,9 +47,9 @@ def from_plain(value: Any, classes: Mapping[str, type]) -> Any:
     if isinstance(value, Mapping):
         name = str(value.get(TYPE_KEY))
         if name not in classes:
-            raise ValueError(f"{TYPE_KEY} must be one of {sorted(classes)}, got {name!r}")
+            raise ValueError(f"{TYPE_KEY} must be one of {sorted(classes)}, got {name!r}{hint}")
         known = {field.name for field in dataclasses.fields(classes[name])}
-        fields = {key: from_plain(item, classes) for key, item in value.items() if key != TYPE_KEY}
+        fields = {key: from_plain(item, classes, hint) for key, item in value.items() if key != TYPE_KEY}
         if unknown := sorted(set(fields) - known):
             raise ValueError(f"{name} has no field {unknown[0]!r}; its fields are {sorted(known)}")
         required = {
@@ -59,5 +61,5 @@ def from_plain(value: Any, classes: Mapping[str, type]) -> Any:
             raise ValueError(f"{name} needs the field {missing[0]!r}")
         return classes[name](**fields)
     if isinstance(value, (list, tuple)):
-        return tuple(from_plain(item, classes) for item in value)
+        return tuple(from_plain(item, classes, hint) for item in value)
     return value

@@ -1,11 +1,11 @@
-"""Analytical policies, by name: batched NumPy, one law per file."""
+"""Analytical policies, by name: batched NumPy, one law per file; and by class, for laws of your own."""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeGuard
 
 from ftac_gym.baselines import tuned
 from ftac_gym.baselines.baseline import Baseline
@@ -30,6 +30,7 @@ from ftac_gym.baselines.controllers.tsmc_class import TSMCClass
 from ftac_gym.baselines.controllers.zhang_zhou_stabilisation import ZhangZhouStabilisation
 from ftac_gym.baselines.controllers.zhang_zhou_tracking import ZhangZhouTracking
 from ftac_gym.baselines.estimate import FaultEstimate
+from ftac_gym.baselines.own import Law, imported, is_path, path_of
 from ftac_gym.baselines.policy import BaselinePolicy, as_action, measurement_of
 from ftac_gym.baselines.search import Range, SearchSpace, merged, nested
 from ftac_gym.parameters import require
@@ -113,27 +114,42 @@ _ENTRIES: dict[str, _Entry] = {
 
 
 def names() -> list[str]:
-    """Return the names of all baselines."""
+    """Return the names of all baselines of this package."""
     return sorted(_ENTRIES)
 
 
-def _entry(name: str) -> _Entry:
-    require(name in _ENTRIES, "baseline", f"must be one of {names()}", name)
+def _registered(name: Law) -> TypeGuard[str]:
+    return isinstance(name, str) and name in _ENTRIES
+
+
+def _entry(name: Law) -> _Entry:
+    if isinstance(name, type):
+        require(issubclass(name, Baseline), "baseline", "must be a name or a class that derives from Baseline", name)
+        return _Entry(name)
+    if is_path(name):
+        return _Entry(imported(name))
+    rule = f'must be one of {names()}, or "module:Class" for a law of your own'
+    require(name in _ENTRIES, "baseline", rule, name)
     return _ENTRIES[name]
 
 
-def law(name: str) -> type[Baseline]:
+def law(name: Law) -> type[Baseline]:
     """Return the class of a baseline.
+
+    Parameters
+    ----------
+    name
+        One of :func:`names`; for a law of your own its class, or where that is, as ``"module:Class"``.
 
     Raises
     ------
     ValueError
-        If the name is unknown.
+        If the name is unknown, or there is no such class.
     """
     return _entry(name).law
 
 
-def chosen(name: str, gains: str, changes: Mapping[str, Any]) -> dict[str, Any]:
+def chosen(name: Law, gains: str, changes: Mapping[str, Any]) -> dict[str, Any]:
     """Return what :func:`make` builds a law with, but for the law's own defaults: what tells two variants apart.
 
     Raises
@@ -143,20 +159,22 @@ def chosen(name: str, gains: str, changes: Mapping[str, Any]) -> dict[str, Any]:
     """
     entry = _entry(name)
     require(gains in GAINS, "gains", f"must be one of {list(GAINS)}", gains)
-    layers = [entry.gains, tuned.gains(name) if gains == "tuned" else {}]
+    rule = "must be 'default' for a law that is not of this package"
+    require(_registered(name) or gains == "default", "gains", rule, gains)
+    layers = [entry.gains, tuned.gains(name) if _registered(name) and gains == "tuned" else {}]
     if changes.get("faults", entry.gains.get("faults")) != entry.gains.get("faults"):
         # Gains of an observer mean nothing to another.
         layers = [{key: value for key, value in layer.items() if key != "observer"} for layer in layers]
     return merged(*layers, changes)
 
 
-def make(name: str, scenario: Scenario, num_craft: int = 1, gains: str = "default", **changes: Any) -> Baseline:
+def make(name: Law, scenario: Scenario, num_craft: int = 1, gains: str = "default", **changes: Any) -> Baseline:
     """Build a baseline.
 
     Parameters
     ----------
     name
-        One of :func:`names`.
+        One of :func:`names`; for a law of your own its class, or where that is, as ``"module:Class"``.
     scenario
         The task.
     num_craft
@@ -170,8 +188,11 @@ def make(name: str, scenario: Scenario, num_craft: int = 1, gains: str = "defaul
     ------
     ValueError
         If the name or a gain is unknown, a gain breaks a rule, there are no tuned gains, or the law does not fit the
-        scenario.
+        scenario. What a law of your own raises is raised as it is.
     """
+    if not _registered(name):
+        # Whatever goes wrong in a law of someone's own, its author wants to see where.
+        return law(name)(scenario, num_craft, **chosen(name, gains, changes))
     known = sorted(defaults(name))
     for change in changes:
         require(change in known, f"gains of {name}:", f"must be among {known}", change)
@@ -183,7 +204,7 @@ def make(name: str, scenario: Scenario, num_craft: int = 1, gains: str = "defaul
         raise ValueError(f"{name}: {error}") from None
 
 
-def defaults(name: str) -> dict[str, Any]:
+def defaults(name: Law) -> dict[str, Any]:
     """Return the default gains of a baseline, by name.
 
     Raises
@@ -203,7 +224,7 @@ def defaults(name: str) -> dict[str, Any]:
     return merged(gains, entry.gains)
 
 
-def search_space(name: str) -> SearchSpace:
+def search_space(name: Law) -> SearchSpace:
     """Return where the gains of a baseline may lie, by the name of the gain.
 
     Raises
@@ -220,6 +241,7 @@ __all__ = [
     "Baseline",
     "BaselinePolicy",
     "FaultEstimate",
+    "Law",
     "Range",
     "as_action",
     "chosen",
@@ -229,5 +251,6 @@ __all__ = [
     "measurement_of",
     "names",
     "nested",
+    "path_of",
     "search_space",
 ]

@@ -1,5 +1,6 @@
 """The true plant, compiled and batched over craft."""
 
-from ftac_gym.dynamics.simulator import Simulator, State
+from ftac_gym.dynamics.simulator import Simulator
+from ftac_gym.dynamics.state import State
 
 __all__ = ["Simulator", "State"]

@@ -231,8 +231,3 @@ def requested_episodes(options: Mapping[str, Any] | None, known: tuple[str, ...]
     valid = episodes is None or isinstance(episodes, Episodes)
     require(valid, 'options["episodes"]', "must be an Episodes object", episodes)
     return episodes
-
-
-def check_render_mode(render_mode: str | None, known: list[str]) -> None:
-    """Raise a ValueError unless the render mode is None or known."""
-    require(render_mode is None or render_mode in known, "render_mode", f"must be None or one of {known}", render_mode)

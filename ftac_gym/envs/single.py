@@ -10,14 +10,15 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.envs.core import Core, CoreAccess, check_render_mode, requested_episodes, resolve_scenario
+from ftac_gym.envs.core import Core, requested_episodes, resolve_scenario
+from ftac_gym.envs.rendered import RENDER_MODES, Rendered
 from ftac_gym.envs.reward import TERMS, total
 from ftac_gym.scenario import Scenario
 
 Observation = npt.NDArray[np.float32]
 
 
-class SpacecraftFTCEnv(CoreAccess, gym.Env[Observation, npt.NDArray[Any]]):
+class SpacecraftFTCEnv(Rendered, gym.Env[Observation, npt.NDArray[Any]]):
     """Point a spacecraft while its reaction wheels fail in hidden ways.
 
     ## Description
@@ -58,6 +59,13 @@ class SpacecraftFTCEnv(CoreAccess, gym.Env[Observation, npt.NDArray[Any]]):
     scenario's ``success.hold``), ``feasible`` (can the remaining wheels do the task?), and after a step
     ``reward_terms``.
 
+    ## Rendering
+
+    ``render_mode="rgb_array"`` returns frames (height, width, 3), ``"human"`` shows them in a window in real time; both
+    need the extra ``render``. A frame shows the truth: body, panels and target, the path of the boresight, the wheels
+    with their torque, momentum and health, errors, and what is wrong in words. Set ``env.unwrapped.policy_name`` to have
+    it shown too. ``metadata["render_fps"]`` is one frame per control period.
+
     ## Arguments
 
     Parameters
@@ -67,7 +75,9 @@ class SpacecraftFTCEnv(CoreAccess, gym.Env[Observation, npt.NDArray[Any]]):
     observation
         Information tier.
     render_mode
-        Only None.
+        None, ``"rgb_array"`` or ``"human"``.
+    width, height
+        Size of a frame [pixels].
     default_scenario
         Name of the scenario that the id stands for.
     **scenario_changes
@@ -77,24 +87,27 @@ class SpacecraftFTCEnv(CoreAccess, gym.Env[Observation, npt.NDArray[Any]]):
     ------
     ValueError
         If a name is unknown or a value breaks a rule.
+    gymnasium.error.DependencyNotInstalled
+        If something is to be rendered and pygame is missing.
     """
 
-    metadata = {"render_modes": []}  # noqa: RUF012  Gymnasium defines it so
+    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 10}  # noqa: RUF012  as in Gymnasium
 
     def __init__(
         self,
         scenario: Scenario | Mapping[str, Any] | str | None = None,
         observation: str = "attitude",
         render_mode: str | None = None,
+        width: int = 640,
+        height: int = 480,
         default_scenario: str = "flagship",
         **scenario_changes: Any,
     ) -> None:
-        check_render_mode(render_mode, self.metadata["render_modes"])
-        self.render_mode = render_mode
         self.core = Core(resolve_scenario(scenario, default_scenario, scenario_changes), observation, num_craft=1)
         self.observation_space = self.core.observation_space
         self.action_space = self.core.action_space
         self._seeded = False
+        self._prepare_rendering(render_mode, width, height)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -121,6 +134,7 @@ class SpacecraftFTCEnv(CoreAccess, gym.Env[Observation, npt.NDArray[Any]]):
         episodes = requested_episodes(options, ("episodes",))
         observation = np.empty((1, self.core.observer.layout.size), dtype=np.float32)
         self.core.reset(self.core.all_craft, observation, episodes)
+        self._show()
         return observation[0], self._info()
 
     def step(self, action: npt.ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
@@ -147,7 +161,17 @@ class SpacecraftFTCEnv(CoreAccess, gym.Env[Observation, npt.NDArray[Any]]):
         info = self._info()
         values = terms[:, 0].tolist()
         info["reward_terms"] = dict(zip(TERMS, values, strict=True))
+        self._show()
         return observation[0], total(values), bool(terminated[0]), bool(truncated[0]), info
+
+    def render(self) -> npt.NDArray[np.uint8] | None:
+        """Return a frame (height, width, 3) of the present moment; None in a window or without a render mode."""
+        frames = self._frames()
+        return None if frames is None else frames[0]
+
+    def close(self) -> None:
+        """Close the window, if there is one; a second call does nothing."""
+        self._stop_watching()
 
     def _info(self) -> dict[str, Any]:
         # The same keys and values as Core.facts, without the cost of arrays.

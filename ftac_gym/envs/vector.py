@@ -11,7 +11,8 @@ import numpy.typing as npt
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from ftac_gym.envs.core import BoolArray, Core, CoreAccess, check_render_mode, requested_episodes, resolve_scenario
+from ftac_gym.envs.core import BoolArray, Core, requested_episodes, resolve_scenario
+from ftac_gym.envs.rendered import RENDER_MODES, Rendered
 from ftac_gym.envs.reward import TERMS, total
 from ftac_gym.measurement import Measurement
 from ftac_gym.parameters import FloatArray, require
@@ -20,7 +21,7 @@ from ftac_gym.scenario import Scenario
 Observation = npt.NDArray[np.float32]
 
 
-class SpacecraftFTCVectorEnv(CoreAccess, VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
+class SpacecraftFTCVectorEnv(Rendered, VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
     """N craft that step together; element by element the same as N of :class:`SpacecraftFTCEnv`.
 
     Craft ``i`` of ``reset(seed=s)`` is the single environment after ``reset(seed=s + i)``. Spaces, rewards and info
@@ -31,8 +32,8 @@ class SpacecraftFTCVectorEnv(CoreAccess, VectorEnv[Observation, npt.NDArray[Any]
     ----------
     num_envs
         Number of craft.
-    scenario, observation, render_mode, default_scenario, **scenario_changes
-        As for the single environment.
+    scenario, observation, render_mode, width, height, default_scenario, **scenario_changes
+        As for the single environment. A window shows the first 16 craft side by side.
     autoreset_mode
         What happens when an episode ends: ``"NextStep"``, ``"SameStep"`` or ``"Disabled"``, or the enum.
     max_episode_steps
@@ -44,9 +45,15 @@ class SpacecraftFTCVectorEnv(CoreAccess, VectorEnv[Observation, npt.NDArray[Any]
     ------
     ValueError
         If a name is unknown or a value breaks a rule.
+    gymnasium.error.DependencyNotInstalled
+        If something is to be rendered and pygame is missing.
     """
 
-    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
+    metadata: dict[str, Any] = {  # noqa: RUF012  as in Gymnasium
+        "render_modes": list(RENDER_MODES),
+        "render_fps": 10,
+        "autoreset_mode": AutoresetMode.NEXT_STEP,
+    }
 
     def __init__(
         self,
@@ -57,16 +64,16 @@ class SpacecraftFTCVectorEnv(CoreAccess, VectorEnv[Observation, npt.NDArray[Any]
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         max_episode_steps: int | None = None,
         threads: int = 1,
+        width: int = 640,
+        height: int = 480,
         default_scenario: str = "flagship",
         **scenario_changes: Any,
     ) -> None:
-        check_render_mode(render_mode, self.metadata["render_modes"])
         valid = isinstance(num_envs, (int, np.integer)) and num_envs > 0
         require(valid, "num_envs", "must be a positive integer", num_envs)
         known = [mode.value for mode in AutoresetMode]
         valid = isinstance(autoreset_mode, AutoresetMode) or autoreset_mode in known
         require(valid, "autoreset_mode", f"must be an AutoresetMode or one of {known}", autoreset_mode)
-        self.render_mode = render_mode
         self.num_envs = int(num_envs)
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
@@ -82,6 +89,7 @@ class SpacecraftFTCVectorEnv(CoreAccess, VectorEnv[Observation, npt.NDArray[Any]
         self._seeded = np.zeros(self.num_envs, dtype=np.bool_)
         self._observation = np.zeros((self.num_envs, self.core.observer.layout.size), dtype=np.float32)
         self._ended = np.zeros(self.num_envs, dtype=np.bool_)
+        self._prepare_rendering(render_mode, width, height)
         self.final_measurement: Measurement | None = None
         """Same-step mode: what the craft measured just before the latest automatic reset."""
         self.keep_final_truth = False
@@ -116,6 +124,7 @@ class SpacecraftFTCVectorEnv(CoreAccess, VectorEnv[Observation, npt.NDArray[Any]
         self._seed(seed, chosen)
         self.core.reset(chosen, self._observation, episodes)
         self._ended[chosen] = False
+        self._show()
         return self._observation.copy(), _masked(self.core.facts(), mask)
 
     def step(self, actions: npt.ArrayLike) -> tuple[Observation, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
@@ -179,7 +188,16 @@ class SpacecraftFTCVectorEnv(CoreAccess, VectorEnv[Observation, npt.NDArray[Any]
         if stepped.any():
             infos.update({"reward_terms": reward_terms, "_reward_terms": stepped})
         self._observation = observation
+        self._show()
         return observation.copy(), total(terms), terminated, truncated, infos
+
+    def render(self) -> tuple[npt.NDArray[np.uint8], ...] | None:
+        """Return a frame (height, width, 3) of each craft; None in a window or without a render mode."""
+        return self._frames()
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Close the window, if there is one."""
+        self._stop_watching()
 
     def _reset_mask(self, options: dict[str, Any] | None) -> BoolArray:
         mask = (options or {}).get("reset_mask")

@@ -41,7 +41,8 @@ class Interface:
     observation
         Information tier.
     wrappers
-        Name in :mod:`ftac_gym.wrappers` and arguments of each wrapper, the innermost first.
+        Name in :mod:`ftac_gym.wrappers` and arguments of each wrapper, the innermost first. A base that is a class is
+        kept as ``"module:Class"``, so that the interface can be written to a card.
     hold
         Control periods for which every action is held.
     critic_sees_faults
@@ -51,7 +52,7 @@ class Interface:
     Raises
     ------
     ValueError
-        If a wrapper is unknown.
+        If a wrapper is unknown, or a base is a class that cannot be imported from anywhere.
     """
 
     observation: str = "attitude"
@@ -61,7 +62,8 @@ class Interface:
 
     def __post_init__(self) -> None:
         """Check the wrappers, which may come as lists from a file."""
-        object.__setattr__(self, "wrappers", tuple((name, dict(arguments)) for name, arguments in self.wrappers))
+        written = tuple((name, _as_text(dict(arguments))) for name, arguments in self.wrappers)
+        object.__setattr__(self, "wrappers", written)
         for name, _ in self.wrappers:
             require(name in WRAPPERS, "wrappers", f"must be among {list(WRAPPERS)}", name)
         require(isinstance(self.hold, int) and self.hold > 0, "hold", "must be a positive integer", self.hold)
@@ -73,6 +75,8 @@ class Interface:
         for name, given in self.wrappers:
             base = base_of(name, given)
             arguments = {**({} if base is None else baselines.defaults(base)), **given}
+            if base is not None:
+                known.add(baselines.law(base).information)
             source = arguments.get("source", arguments.get("faults"))
             if source == TRUTH[1]["source"]:
                 known.add("oracle")
@@ -81,6 +85,12 @@ class Interface:
             if arguments.get("telemetry"):
                 known.add("telemetry")
         return max(known, key=TIERS.index)
+
+    @property
+    def bases(self) -> tuple[str, ...]:
+        """The laws through which the agent acts."""
+        found = (base_of(name, given) for name, given in self.wrappers)
+        return tuple(base for base in found if base is not None)
 
     def wrap(self, env: Any) -> Any:
         """Return the environment as the actor sees it, single or vector."""
@@ -106,6 +116,11 @@ def base_of(wrapper: str, arguments: Mapping[str, Any]) -> str | None:
     return arguments.get("base", "pd_dob") if wrapper in ON_BASE else None
 
 
+def _as_text(arguments: dict[str, Any]) -> dict[str, Any]:
+    """Return the arguments of a wrapper with a base that is a class as text."""
+    return {**arguments, "base": baselines.path_of(arguments["base"])} if "base" in arguments else arguments
+
+
 class Agent:
     """A trained policy with its normaliser.
 
@@ -118,7 +133,8 @@ class Agent:
     interface
         What surrounds it.
     fingerprint
-        Same for the same agent: finished batches of an evaluation are found by it. None if it has no file.
+        Same for the same agent: finished batches of an evaluation are found by it. None if it has no file, or acts on
+        a law that is not of this package.
     """
 
     def __init__(
@@ -183,7 +199,9 @@ class Agent:
         rule = f"must have {NORMALIZER_FILE} beside it, which its card speaks of: copy it from where it was trained"
         require(normalizer is not None or not normalized, "agent", rule, str(model_path))
         parts = [item.read_bytes() for item in (model_path, card_path, normalizer_path) if item.is_file()]
-        fingerprint = hashlib.sha256(b"".join(parts)).hexdigest()
+        # What a law from outside of the package does is not in these files.
+        own = any(base not in baselines.names() for base in interface.bases)
+        fingerprint = None if own else hashlib.sha256(b"".join(parts)).hexdigest()
         return cls(load_model(model_path), normalizer, interface, fingerprint)
 
     def attach(self, env: SpacecraftFTCVectorEnv) -> VectorEnv[Any, Any, Any]:

@@ -18,7 +18,7 @@ from ftac_gym.evaluation.metrics import SHARES, Metrics
 from ftac_gym.evaluation.rollout import Contestant, resolve_policy, rollout
 from ftac_gym.evaluation.statistics import Estimate, estimate, interquartile_mean, mean, paired_difference
 from ftac_gym.evaluation.threads import one_torch_thread
-from ftac_gym.faults import FaultKind
+from ftac_gym.faults import label_of
 from ftac_gym.parameters import FloatArray
 from ftac_gym.scenario import Scenario
 
@@ -249,5 +249,5 @@ def fault_classes(episodes: Episodes) -> npt.NDArray[np.str_]:
     counts = (kinds > 0).sum(axis=1)
     labels = []
     for row, count in zip(kinds, counts, strict=True):
-        labels.append(FaultKind(int(row.max())).label if count <= 1 else f"{count} faults")
+        labels.append(label_of(int(row.max())) if count <= 1 else f"{count} faults")
     return np.array(labels)

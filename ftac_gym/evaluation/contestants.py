@@ -13,6 +13,7 @@ import numpy as np
 
 from ftac_gym import baselines
 from ftac_gym.baselines import tuned
+from ftac_gym.baselines.own import is_path, label
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.evaluation.designs import evaluations, seeds
 from ftac_gym.evaluation.rollout import BaselineContestant, Contestant, resolve_policy
@@ -62,7 +63,7 @@ class Entry:
     curves: tuple[tuple[Mapping[str, float], ...], ...] = ()
 
 
-def entries_of(names: Sequence[str], scenario: Scenario) -> tuple[Entry, ...]:
+def entries_of(names: Sequence[baselines.Law], scenario: Scenario) -> tuple[Entry, ...]:
     """Return the entries of some names.
 
     Parameters
@@ -70,8 +71,8 @@ def entries_of(names: Sequence[str], scenario: Scenario) -> tuple[Entry, ...]:
     names
         ``"all"`` for every baseline that fits the scenario and gives a finite command, with default gains, and with
         tuned ones if some were found in the scenario's family; ``"NAME"`` for a baseline with its default gains,
-        ``"NAME tuned"`` with tuned ones; or the path of an agent, or of a folder with one for each training seed
-        (``seed_*``), each the folder of an agent or of its run.
+        ``"NAME tuned"`` with tuned ones; a law of your own, as a class or ``"module:Class"``; or the path of an agent,
+        or of a folder with one for each training seed (``seed_*``), each the folder of an agent or of its run.
     scenario
         The task, or one of the splits that share it.
 
@@ -85,16 +86,20 @@ def entries_of(names: Sequence[str], scenario: Scenario) -> tuple[Entry, ...]:
     for name in names:
         if name == ALL:
             entries += _every_baseline(scenario)
+        elif isinstance(name, type) or is_path(name):
+            entries.append(_own(name, scenario))
         elif name.removesuffix(TUNED) in baselines.names():
             entries.append(_baseline(name, scenario))
         else:
-            tuned_ones = [f"{item}{TUNED}" for item in _tuned_for(scenario)]
-            rule = f"must be {ALL!r}, one of {baselines.names() + tuned_ones}, or the path of an agent"
+            known = baselines.names() + [f"{item}{TUNED}" for item in _tuned_for(scenario)]
+            rule = f"must be {ALL!r}, one of {known}, or the path of an agent or, as 'module:Class', of a law"
             require(Path(name).exists(), "policies", rule, name)
             entries.append(_agent(Path(name)))
     unique = list({entry.name: entry for entry in entries}.values())
-    given = [entry.name for entry in entries if entry.kind == "agent"]
-    require(len(given) == len(set(given)), "policies", "must be agents in folders of different names", given)
+    own = [item for item in entries if item.kind == "agent" or item.name.removesuffix(TUNED) not in baselines.names()]
+    given = [entry.name for entry in own]
+    rule = "must be laws of your own, and agents in folders of different names"
+    require(len(given) == len(set(given)), "policies", rule, given)
     return tuple(unique)
 
 
@@ -158,6 +163,14 @@ def _baseline(name: str, scenario: Scenario) -> Entry:
     tier = baselines.make(law, scenario, gains=gains).information
     role = "bound" if tier == "oracle" else "contestant"
     return Entry(name, (contestant,), role, tier, "baseline", gains, provenance)
+
+
+def _own(law: baselines.Law, scenario: Scenario) -> Entry:
+    name = label(law)
+    require(name not in baselines.names(), "policies", "must be a class whose name no baseline has", name)
+    tier = baselines.make(law, scenario).information
+    role = "bound" if tier == "oracle" else "contestant"
+    return Entry(name, (BaselineContestant(law),), role, tier, "baseline", "default", {})
 
 
 def _every_baseline(scenario: Scenario) -> list[Entry]:

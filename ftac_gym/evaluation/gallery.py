@@ -12,10 +12,11 @@ from matplotlib.figure import Figure
 
 from ftac_gym import attitude as attitudes
 from ftac_gym.dynamics import Simulator
-from ftac_gym.evaluation.plots import COLORS, FLOOR
+from ftac_gym.evaluation.plots.style import COLORS, FLOOR, MUTED, dress, sheet, stroke
 from ftac_gym.evaluation.rollout import Rollout, rollout
-from ftac_gym.faults import KINDS, Fault, FaultKind, FaultSchedule, SensorFault, WheelFault
+from ftac_gym.faults import KINDS, Fault, FaultSchedule, SensorFault, WheelFault
 from ftac_gym.faults.specification import example
+from ftac_gym.faults.table import Kind
 from ftac_gym.friction import Friction
 from ftac_gym.initial_state import InitialState
 from ftac_gym.parameters import FloatArray
@@ -27,7 +28,7 @@ ONSET, WHEEL = 8.0, 1
 _DEGREE = np.pi / 180.0
 
 
-def examples() -> dict[FaultKind, Fault]:
+def examples() -> dict[Kind, Fault]:
     """Return a fault of each kind, strong enough to be seen."""
     return {
         kind.kind: example(kind, onset=ONSET, **({"wheel": WHEEL} if issubclass(kind, WheelFault) else {}))
@@ -85,7 +86,7 @@ def fault_gallery(scenario: Scenario, policy: Any, seed: int = 0) -> Figure:
     faults = examples()
     columns = 3
     rows = -(-len(faults) // columns)
-    figure = Figure(figsize=(4.6 * columns, 3.5 * rows), layout="constrained")
+    figure = sheet(4.6 * columns, 3.5 * rows)
     grids: Any = np.ravel(np.asarray(figure.subfigures(rows, columns)))
     for index, (part, (kind, fault)) in enumerate(zip(grids, faults.items(), strict=False)):
         history = rollout(with_fault(scenario, fault), policy, seed=seed)
@@ -93,23 +94,23 @@ def fault_gallery(scenario: Scenario, policy: Any, seed: int = 0) -> Figure:
         upper.set_title(kind.label, fontsize=10)
         _draw_error(upper, {"without": healthy, "with the fault": history})
         if isinstance(fault, SensorFault):
-            attitude, rate = sensor_error(history)
-            lower.plot(history.time, np.maximum(attitude, FLOOR), color=COLORS[0], label="attitude [deg]")
-            lower.plot(history.time, np.maximum(rate, FLOOR), color=COLORS[1], label="rate [deg/s]", linewidth=0.8)
-            lower.set(yscale="log", ylabel="sensor error")
+            attitude, rate = (np.maximum(error, FLOOR) for error in sensor_error(history))
+            time, drawn = history.time, {"attitude [deg]": attitude, "rate [deg/s]": rate}
+            lower.set_yscale("log")
+            label = "sensor error\n[deg], [deg/s]"
         else:
-            time = history.time[1:]
-            lower.plot(time, history.command[:, 0, WHEEL], color=COLORS[0], label="commanded", linewidth=0.8)
-            lower.plot(time, history.applied_torque[:, 0, WHEEL], color=COLORS[1], label="on the body", linewidth=0.8)
-            lower.set_ylabel("torque [N m]")
+            torques = {"commanded": history.command, "on the body": history.applied_torque}
+            time, drawn = history.time[1:], {name: torque[:, 0, WHEEL] for name, torque in torques.items()}
+            label = "torque [N m]"
+        for number, (name, values) in enumerate(drawn.items()):
+            lower.plot(time, values, label=name, linewidth=0.9, **stroke(number).of_line)
         lower.legend(loc="lower right", fontsize=7)
-        lower.grid(alpha=0.3)
+        dress(lower, xlabel="time [s]", ylabel=label)
         if index == 0:
             upper.legend(loc="upper right", fontsize=7)
         for panel in (upper, lower):
-            panel.axvline(ONSET, color="black", linestyle=":", linewidth=0.8)
+            panel.axvline(ONSET, color=MUTED, linestyle=":", linewidth=1.0)
             panel.set_xlim(0.0, history.time[-1])
-        lower.set_xlabel("time [s]")
     return figure
 
 
@@ -117,5 +118,5 @@ def _draw_error(panel: Axes, histories: Mapping[str, Rollout]) -> None:
     for (name, history), color in zip(histories.items(), ("0.6", COLORS[1]), strict=True):
         error = np.maximum(np.degrees(history.attitude_error[:, 0]), FLOOR)
         panel.plot(history.time, error, color=color, label=name, linewidth=1.0)
-    panel.set(yscale="log", ylabel="error [deg]", ylim=(FLOOR, 200.0))
-    panel.grid(alpha=0.3)
+    panel.set(yscale="log", ylim=(FLOOR, 200.0))
+    dress(panel, ylabel="error [deg]")

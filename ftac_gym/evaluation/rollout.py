@@ -14,6 +14,7 @@ from gymnasium.vector import VectorEnv
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.attitude import mrp_from_quaternion, quaternion_error
+from ftac_gym.baselines.own import is_path
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.episodes import Episodes
 from ftac_gym.evaluation.metrics import Metrics, episode_metrics
@@ -42,7 +43,7 @@ class BaselineContestant:
     Parameters
     ----------
     law
-        Name of a baseline, or a class of your own.
+        Name of a baseline; for a law of your own its class, or where that is, as ``"module:Class"``.
     gains
         ``"default"`` or ``"tuned"``, as for :func:`ftac_gym.baselines.make`; only the default for your own class.
     **changes
@@ -56,18 +57,14 @@ class BaselineContestant:
 
     tier = "attitude"
 
-    def __init__(self, law: str | type[baselines.Baseline], gains: str = "default", **changes: Any) -> None:
+    def __init__(self, law: baselines.Law, gains: str = "default", **changes: Any) -> None:
         self.fingerprint: str | None = None
         """Same for the same policy: finished batches are found by it. None for a law that is not of this package."""
-        if isinstance(law, str):
-            # Tuned gains are data: their name says nothing of what they are, and they are read once, here.
-            changes = baselines.chosen(law, gains, changes)
-            self._build: Callable[..., baselines.Baseline] = partial(baselines.make, law)
-            self.fingerprint = json.dumps([law, changes], sort_keys=True)
-        else:
-            require(gains == "default", "gains", "must be 'default' for a law that is not of this package", gains)
-            self._build = law
-        self._gains = changes
+        # Tuned gains are data: their name says nothing of what they are, and they are read once, here.
+        self._gains = baselines.chosen(law, gains, changes)
+        self._build: Callable[..., baselines.Baseline] = partial(baselines.make, law)
+        if law in baselines.names():
+            self.fingerprint = json.dumps([law, self._gains], sort_keys=True)
         self._policy: baselines.BaselinePolicy | None = None
 
     def attach(self, env: SpacecraftFTCVectorEnv) -> VectorEnv[Any, Any, Any]:
@@ -157,7 +154,8 @@ def resolve_policy(policy: Any) -> Contestant:
     Parameters
     ----------
     policy
-        A baseline's name, a subclass of :class:`~ftac_gym.baselines.Baseline`, the path of an agent, an
+        A baseline's name, a subclass of :class:`~ftac_gym.baselines.Baseline` or ``"module:Class"``, the path of an
+        agent, an
         :class:`~ftac_gym.evaluation.agent.Agent`, or any object with ``attach``, ``predict`` and ``tier``.
 
     Raises
@@ -171,11 +169,11 @@ def resolve_policy(policy: Any) -> Contestant:
         known = all(hasattr(policy, name) for name in ("attach", "predict", "tier"))
         require(known, "policy", "must be a name, a path, an Agent or a Baseline class (not an instance)", policy)
         return policy  # type: ignore[no-any-return]
-    if policy in baselines.names():
+    if policy in baselines.names() or is_path(policy):
         return BaselineContestant(policy)
     from ftac_gym.evaluation.agent import Agent
 
-    names = baselines.names()
+    names = [*baselines.names(), "module:Class"]
     require(Path(policy).exists(), "policy", f"must be one of {names} or the path of an agent", policy)
     return Agent.load(policy)
 

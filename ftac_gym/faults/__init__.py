@@ -1,4 +1,4 @@
-"""Faults of wheels and sensors: one kind per file, and what draws them."""
+"""Faults of wheels and sensors: one kind per file, what draws them, and how to add a kind from outside."""
 
 from ftac_gym.faults.attitude_spike import AttitudeSpike
 from ftac_gym.faults.bias import Bias
@@ -14,10 +14,11 @@ from ftac_gym.faults.intermittent_shutdown import IntermittentShutdown
 from ftac_gym.faults.lock_in_place import LockInPlace
 from ftac_gym.faults.loss_of_effectiveness import LossOfEffectiveness
 from ftac_gym.faults.outage import Outage
+from ftac_gym.faults.registry import label_of, register, register_own, registered
 from ftac_gym.faults.schedule import FaultSchedule
 from ftac_gym.faults.seizure import Seizure
 from ftac_gym.faults.star_tracker_outage import StarTrackerOutage
-from ftac_gym.faults.table import FAULT, SENSOR_FAULT, DrawnFaults, FaultKind
+from ftac_gym.faults.table import FAULT, SENSOR_FAULT, DrawnFaults, FaultKind, OwnKind
 
 KINDS: tuple[type[Fault], ...] = (
     LossOfEffectiveness,
@@ -34,7 +35,9 @@ KINDS: tuple[type[Fault], ...] = (
     StarTrackerOutage,
     AttitudeSpike,
 )
-"""All concrete fault kinds."""
+"""All fault kinds of this package; :func:`registered` has those from outside too."""
+
+register_own(KINDS)
 
 __all__ = [
     "FAULT",
@@ -57,9 +60,13 @@ __all__ = [
     "LockInPlace",
     "LossOfEffectiveness",
     "Outage",
+    "OwnKind",
     "Seizure",
     "SensorFault",
     "StarTrackerOutage",
     "WheelFault",
     "fault_effect",
+    "label_of",
+    "register",
+    "registered",
 ]

@@ -8,6 +8,7 @@ import numpy as np
 
 from ftac_gym.faults.fault import UNIFORMS_PER_FAULT, Fault, SensorFault, WheelFault
 from ftac_gym.faults.friction_rise import FrictionRise
+from ftac_gym.faults.registry import check_known
 from ftac_gym.faults.table import FLIPS, DrawnFaults, no_faults, no_sensor_faults, soften
 from ftac_gym.parameters import FloatArray, Vector, finite, require
 from ftac_gym.wheels import WheelArray
@@ -73,7 +74,7 @@ class FaultDistribution:
         object.__setattr__(self, "kinds", tuple(self.kinds))
         require(len(self.kinds) > 0, "kinds", "must name at least one fault kind", self.kinds)
         for fault in self.kinds:
-            require(is_concrete(fault), "kinds", "must hold Fault objects of a concrete kind", fault)
+            check_known(fault, "kinds")
             free = isinstance(fault, SensorFault) or (isinstance(fault, WheelFault) and fault.wheel is None)
             require(free, "kinds", "must leave wheel=None: the distribution chooses it", fault)
         weights = self.weights if self.weights is not None else (1.0,) * len(self.kinds)
@@ -155,8 +156,3 @@ class FaultDistribution:
                 else:
                     sensors[rows, slot] = records
         return DrawnFaults(table, sensors, switches)
-
-
-def is_concrete(fault: object) -> bool:
-    """Tell whether an object is a fault of a concrete kind."""
-    return isinstance(fault, Fault) and type(fault) not in (Fault, WheelFault, SensorFault)

@@ -9,7 +9,7 @@ from typing import Any
 
 from ftac_gym.faults.table import FaultKind
 
-EXAMPLES: Mapping[FaultKind, Mapping[str, Any]] = MappingProxyType(
+EXAMPLES: Mapping[int, Mapping[str, Any]] = MappingProxyType(
     {
         FaultKind.LOSS_OF_EFFECTIVENESS: {"effectiveness": 0.1},
         FaultKind.DRIFTING_EFFECTIVENESS: {"effectiveness": 0.0, "rise": 30.0},

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.faults.table import FaultKind, no_faults, no_sensor_faults
+from ftac_gym.faults.table import FaultKind, Kind, no_faults, no_sensor_faults
 from ftac_gym.parameters import FloatArray, Interval, bounds, draw, interval, positive, require
 
 TIMING_UNIFORMS = 6
@@ -46,7 +46,8 @@ class Fault:
         there whole or not at all is asked to rise or fall.
     """
 
-    kind: ClassVar[FaultKind] = FaultKind.NONE
+    kind: ClassVar[Kind] = FaultKind.NONE
+    """Number and label of the kind; :func:`~ftac_gym.faults.register` makes one of your own known."""
     gradual: ClassVar[bool] = True
     """Whether the fault can be there in part. One that cannot is made rarer, not smaller, by a low severity."""
 
@@ -135,6 +136,11 @@ class Fault:
 class WheelFault(Fault):
     """A fault of one wheel.
 
+    A kind of your own derives from this class, has an :class:`~ftac_gym.faults.OwnKind`, is made known with
+    :func:`~ftac_gym.faults.register`, and writes what it does to the wheel into FAULT records: in a method
+    ``_fill(rows, uniform, torque_limit)``, which gets records (M,) of healthy wheels with the timing filled in, uniform
+    deviates (M, 8) to draw from, and the torque limits (M,) of the struck wheels [N m].
+
     Parameters
     ----------
     wheel
@@ -177,7 +183,11 @@ class WheelFault(Fault):
 
 @dataclass(frozen=True, kw_only=True)
 class SensorFault(Fault):
-    """A fault of the sensors."""
+    """A fault of the sensors.
+
+    A kind of your own is made as for :class:`WheelFault`; its method is ``_fill(rows, uniform)``, with SENSOR_FAULT
+    records.
+    """
 
     def draw(self, uniform: FloatArray) -> npt.NDArray[np.void]:
         """Draw M faults from uniform deviates (M, UNIFORMS_PER_FAULT); returns SENSOR_FAULT records (M,)."""

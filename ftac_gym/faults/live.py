@@ -42,7 +42,7 @@ def struck(
         If the fault of a wheel names none, or one that the craft does not have.
     """
     uniform = random.random((1, UNIFORMS_PER_FAULT))
-    wheels, sensors, switches = (table.copy() for table in drawn)
+    wheels, sensors, switches = drawn.wheels.copy(), drawn.sensors.copy(), drawn.switches.copy()
     if isinstance(fault, WheelFault):
         count = len(torque_limits)
         valid = fault.wheel is not None and fault.wheel < count
@@ -84,7 +84,7 @@ def repaired(drawn: DrawnFaults, craft: int, wheel: int | None, time: float) -> 
     time
         Now, in the time of the craft's episode [s].
     """
-    wheels, sensors, switches = (table.copy() for table in drawn)
+    wheels, sensors, switches = drawn.wheels.copy(), drawn.sensors.copy(), drawn.switches.copy()
     records = sensors[craft] if wheel is None else wheels[craft, wheel]
     over = records["onset"] >= time
     time += AFTER if wheel is None else 0.0

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ftac_gym.faults.distribution import check_kinds, is_concrete
+from ftac_gym.faults.distribution import check_kinds
 from ftac_gym.faults.fault import UNIFORMS_PER_FAULT, Fault, SensorFault, WheelFault
+from ftac_gym.faults.registry import check_known
 from ftac_gym.faults.table import FLIPS, DrawnFaults, no_faults, no_sensor_faults
 from ftac_gym.parameters import FloatArray, require
 from ftac_gym.wheels import WheelArray
@@ -36,7 +37,7 @@ class FaultSchedule:
         require(isinstance(self.faults, (tuple, list)), "faults", "must be a tuple of Fault objects", self.faults)
         object.__setattr__(self, "faults", tuple(self.faults))
         for fault in self.faults:
-            require(is_concrete(fault), "faults", "must hold Fault objects of a concrete kind", fault)
+            check_known(fault, "faults")
             placed = isinstance(fault, SensorFault) or (isinstance(fault, WheelFault) and fault.wheel is not None)
             require(placed, "faults", "must each name a wheel", fault)
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from ftac_gym.faults.examples import EXAMPLES
 from ftac_gym.faults.fault import Fault, WheelFault
+from ftac_gym.faults.registry import registered
 from ftac_gym.parameters import require
 
 FORM = "KIND:WHEEL@ONSET,FIELD=VALUE,..."
@@ -21,10 +22,8 @@ def name_of(kind: type[Fault]) -> str:
 
 
 def kinds() -> dict[str, type[Fault]]:
-    """Return all fault kinds by the names that specifications use."""
-    from ftac_gym.faults import KINDS
-
-    return {name_of(kind): kind for kind in KINDS}
+    """Return all fault kinds by the names that specifications use, registered ones among them."""
+    return {name_of(kind): kind for kind in registered().values()}
 
 
 def example(kind: type[Fault], **fields: Any) -> Fault:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.parameters import FloatArray
+from ftac_gym.parameters import FloatArray, require
 
 
 class FaultKind(IntEnum):
-    """What is wrong."""
+    """What is wrong, of the kinds of this package; those from outside have an :class:`OwnKind`."""
 
     NONE = 0
     LOSS_OF_EFFECTIVENESS = 1
@@ -34,6 +35,56 @@ class FaultKind(IntEnum):
         """The kind in words, for tables and plots."""
         return "healthy" if self is FaultKind.NONE else self.name.lower().replace("_", " ")
 
+
+FIRST_OWN_KIND = 100
+"""The smallest number that a kind from outside of the package may have: smaller ones are the package's."""
+
+
+class OwnKind(int):
+    """Number and label of a fault kind from outside of the package.
+
+    Parameters
+    ----------
+    number
+        What stands for the kind in the fault tables, 100 or more.
+    label
+        The kind in words, for tables and plots: lower case, letters and digits with single spaces.
+
+    Raises
+    ------
+    ValueError
+        If the number is one of the package's, or the label has another form.
+    """
+
+    label: str
+
+    def __new__(cls, number: int, label: str) -> OwnKind:
+        """Check number and label."""
+        whole = isinstance(number, int) and not isinstance(number, bool)
+        require(whole and number >= FIRST_OWN_KIND, "number", f"must be {FIRST_OWN_KIND} or more", number)
+        require(number < 2**31, "number", "must be below 2**31", number)
+        rule = "must be lower-case words of letters and digits, with single spaces between them"
+        require(
+            isinstance(label, str) and re.fullmatch(r"[a-z][a-z0-9]*( [a-z0-9]+)*", label) is not None,
+            "label",
+            rule,
+            label,
+        )
+        kind = super().__new__(cls, number)
+        kind.label = label
+        return kind
+
+    def __reduce__(self) -> tuple[type[OwnKind], tuple[int, str]]:
+        """Return what makes it again, for copies and pickles."""
+        return OwnKind, (int(self), self.label)
+
+    def __repr__(self) -> str:
+        """Return how it is written."""
+        return f"OwnKind({int(self)}, {self.label!r})"
+
+
+Kind = FaultKind | OwnKind
+"""What a fault class says of itself."""
 
 _TIMING: list[tuple[str, str]] = [
     ("kind", "i8"),

@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.faults.effect import presence
-from ftac_gym.faults.table import DrawnFaults, FaultKind
+from ftac_gym.faults.registry import label_of
+from ftac_gym.faults.table import DrawnFaults
 from ftac_gym.parameters import FloatArray
 
 Words = tuple[str, ...]
@@ -59,4 +60,4 @@ def _listed(drawn: DrawnFaults, craft: int, wheels: npt.NDArray[np.bool_], senso
 
 
 def _in_words(record: np.void) -> str:
-    return f"{FaultKind(int(record['kind'])).label} at {record['onset']:.1f} s"
+    return f"{label_of(int(record['kind']))} at {record['onset']:.1f} s"

@@ -33,7 +33,7 @@ class _SchedulingStage(Stage):
 
     acts = True
 
-    def __init__(self, env: Any, base: str = "pd_dob", ranges: Ranges | None = None, **gains: Any) -> None:
+    def __init__(self, env: Any, base: baselines.Law = "pd_dob", ranges: Ranges | None = None, **gains: Any) -> None:
         super().__init__(env)
         scenario = self.inner.scenario
         self.baseline = blind_base(base, scenario, self.num_craft, gains)
@@ -117,7 +117,8 @@ class GainScheduling(StageWrapper):
     env
         An environment of this package, single or vector.
     base
-        Name of the baseline, one of :func:`schedulable_bases`.
+        Name of the baseline, one of :func:`schedulable_bases`; for a law of your own its class, or where that is, as
+        ``"module:Class"``.
     ranges
         Gain to (low, high); the base's own gain lies between them. None takes all that the law can schedule, within
         their usual bounds (:attr:`~ftac_gym.baselines.Baseline.schedulable`).
@@ -133,5 +134,5 @@ class GainScheduling(StageWrapper):
 
     vector_type = VectorGainScheduling
 
-    def __init__(self, env: Any, base: str = "pd_dob", ranges: Ranges | None = None, **gains: Any) -> None:
+    def __init__(self, env: Any, base: baselines.Law = "pd_dob", ranges: Ranges | None = None, **gains: Any) -> None:
         super().__init__(env, base=base, ranges=ranges, **gains)

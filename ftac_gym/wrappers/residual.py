@@ -75,7 +75,7 @@ class _ResidualStage(Stage):
     def __init__(
         self,
         env: Any,
-        base: str = "pd_dob",
+        base: baselines.Law = "pd_dob",
         authority: float = 0.5,
         fade_angle: float = 0.0,
         fade_floor: float = 0.0,
@@ -138,7 +138,7 @@ class _ResidualStage(Stage):
         return authority
 
 
-def blind_base(name: str, scenario: Scenario, num_craft: int, gains: dict[str, Any]) -> Baseline:
+def blind_base(name: baselines.Law, scenario: Scenario, num_craft: int, gains: dict[str, Any]) -> Baseline:
     """Build a baseline that knows no more than a craft can.
 
     Raises
@@ -185,7 +185,7 @@ class ResidualPolicy(StageWrapper):
     env
         An environment of this package, single or vector.
     base
-        Name of the baseline.
+        Name of the baseline; for a law of your own its class, or where that is, as ``"module:Class"``.
     authority
         Share of the torque limit that a residual of one is worth, in (0, 2].
     fade_angle
@@ -212,7 +212,7 @@ class ResidualPolicy(StageWrapper):
     def __init__(
         self,
         env: Any,
-        base: str = "pd_dob",
+        base: baselines.Law = "pd_dob",
         authority: float = 0.5,
         fade_angle: float = 0.0,
         fade_floor: float = 0.0,

@@ -1,10 +1,20 @@
 """What surrounds a policy network: its tier, its wrappers, its memory."""
 
+import json
+from dataclasses import asdict
+
 import gymnasium as gym
 import numpy as np
 import pytest
+from helpers.own_law import OwnLaw, OwnTelemetryLaw
+from stable_baselines3 import PPO
+from stable_baselines3.common.vec_env import DummyVecEnv
 
+from ftac_gym import scenarios
+from ftac_gym.evaluation import rollout
 from ftac_gym.evaluation.agent import Agent, Interface
+from ftac_gym.training.algorithms import start_as_base
+from ftac_gym.training.keeper import save_agent
 
 
 @pytest.mark.parametrize(
@@ -81,3 +91,38 @@ def test_a_recurrent_agent_remembers_its_own_decisions_alone():
     first, second = np.array(seen).T
     assert first.tolist() == [1, 1, 2, 2, 3, 3, 4]
     assert second.tolist() == [1, 1, 2, 1, 1, 2, 2]
+
+
+@pytest.mark.parametrize("wrapper", ["ResidualPolicy", "GainScheduling"])
+def test_a_base_of_your_own_is_kept_as_text(wrapper):
+    interface = Interface(wrappers=[[wrapper, {"base": OwnLaw}]])
+    assert interface.bases == ("helpers.own_law:OwnLaw",)
+    assert Interface(**json.loads(json.dumps(asdict(interface)))) == interface
+    assert Interface(wrappers=[["ResidualPolicy", {}], ["ObservationHistory", {}]]).bases == ("pd_dob",)
+
+
+def test_the_tier_of_a_base_of_your_own_counts():
+    assert Interface(wrappers=[["ResidualPolicy", {"base": OwnLaw}]]).information == "attitude"
+    assert Interface(wrappers=[["ResidualPolicy", {"base": OwnTelemetryLaw}]]).information == "telemetry"
+
+
+def test_a_base_that_nobody_could_import_is_refused():
+    class Local(OwnLaw):
+        pass
+
+    with pytest.raises(ValueError, match=r"baseline must be a class that can be imported, .* got .*Local"):
+        Interface(wrappers=[["ResidualPolicy", {"base": Local}]])
+
+
+def test_an_agent_on_a_law_of_your_own_flies_again_and_is_not_taken_for_another(tmp_path):
+    for name, base in (("own", OwnLaw), ("known", "pd")):
+        interface = Interface(wrappers=[["ResidualPolicy", {"base": base}]])
+        env = DummyVecEnv([lambda interface=interface: interface.wrap(gym.make("SpacecraftFTC-v0", duration=5.0))])
+        model = PPO("MlpPolicy", env, device="cpu")
+        start_as_base(model)
+        save_agent(tmp_path / name, model, {"interface": asdict(interface)})
+    agent = Agent.load(tmp_path / "own")
+    assert agent.fingerprint is None and Agent.load(tmp_path / "known").fingerprint is not None
+    task = scenarios.get("flagship").replace(duration=5.0)
+    flown, alone = (rollout(task, policy, seed=1, count=2) for policy in (agent, OwnLaw))
+    np.testing.assert_array_equal(flown.attitude, alone.attitude)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 from helpers.names import fitting
+from helpers.own_law import OwnLaw, OwnOracle
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
@@ -222,3 +223,26 @@ def test_bad_residuals(make):
         env.step(np.zeros(7))
     with pytest.raises(ValueError, match="action must be finite"):
         env.step(np.full(env.action_space.shape, np.nan))
+
+
+@pytest.mark.parametrize("base", [OwnLaw, "helpers.own_law:OwnLaw"])
+def test_zero_residual_on_an_own_law_is_that_law(base):
+    env = native("SameStep")
+    wrapped = ResidualPolicy(native("SameStep"), base=base, damping=3.0)
+    policy = baselines.make(OwnLaw, env.core.scenario, CRAFT, damping=3.0).as_policy(env)
+    expected, _ = env.reset(seed=3)
+    result, _ = wrapped.reset(seed=3)
+    ends = 0
+    for _ in range(60):
+        action, _ = policy.predict(expected)
+        np.testing.assert_array_equal(result[:, -WHEELS:], action.astype(np.float32))
+        expected, _, terminated, truncated, _ = env.step(action)
+        result, *_ = wrapped.step(np.zeros((CRAFT, WHEELS)))
+        np.testing.assert_array_equal(result[:, :-WHEELS], expected)
+        ends += int((terminated | truncated).sum())
+    assert ends > CRAFT  # its memory starts anew, craft by craft
+
+
+def test_an_own_oracle_is_no_base():
+    with pytest.raises(ValueError, match="base must not be an oracle"):
+        ResidualPolicy(native("SameStep"), base=OwnOracle)

@@ -13,8 +13,8 @@ from matplotlib.colors import Colormap, LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from ftac_gym.evaluation.plots import COLORS
-from ftac_gym.evaluation.report.vector import FAINT, INK, MUTED, PAPER
+from ftac_gym.evaluation.plots.style import COLORS, FAINT, INK, MUTED
+from ftac_gym.evaluation.report.vector import PAPER
 from ftac_gym.evaluation.statistics import Estimate
 from ftac_gym.parameters import FloatArray
 

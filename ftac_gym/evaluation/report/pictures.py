@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ftac_gym.evaluation.metrics import UNITS
-from ftac_gym.evaluation.plots import COLORS
+from ftac_gym.evaluation.plots.style import COLORS, INK, MUTED
 from ftac_gym.evaluation.report import figures
 from ftac_gym.evaluation.report.figures import Curve, Look
 from ftac_gym.evaluation.report.results import COMPARED, INFEASIBLE, Results
-from ftac_gym.evaluation.report.vector import INK, MUTED, drawing, svg
+from ftac_gym.evaluation.report.vector import drawing, svg
 from ftac_gym.parameters import FloatArray
 from ftac_gym.scenario import Scenario
 

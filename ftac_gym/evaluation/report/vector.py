@@ -13,14 +13,11 @@ from typing import Any
 import matplotlib
 from matplotlib.figure import Figure
 
-from ftac_gym.evaluation.plots import COLORS
+from ftac_gym.evaluation.plots.style import COLORS, FAINT, GRID, INK, MUTED
 
-# Colours that the page replaces by its own. No other thing in a figure may have exactly these.
+# Like the colours of the text and the lines, one that the page replaces by its own. No other thing in a figure may have
+# exactly these.
 PAPER = "#fffffe"
-INK = "#1b1b1d"
-MUTED = "#6b6b70"
-FAINT = "#c4c4c9"
-GRID = "#e3e3e7"
 
 _SERIES = {color.lower(): f"series-{number}" for number, color in enumerate(COLORS[:-1])}
 _VARIABLES = {PAPER: "paper", INK: "ink", MUTED: "muted", FAINT: "faint", GRID: "grid", **_SERIES}

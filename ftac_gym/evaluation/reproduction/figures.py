@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import cycle
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ftac_gym.evaluation.plots import COLORS
+from ftac_gym.evaluation.plots.style import COLORS, INK, dress, stroke
 from ftac_gym.evaluation.reproduction.flight import Flight
 from ftac_gym.parameters import FloatArray
 from ftac_gym.prescribed_bound import PrescribedBound
@@ -29,7 +28,7 @@ def _panels(flights: Mapping[str, Flight], height: float) -> tuple[Figure, list[
     panels = figure.subplots(1, len(flights), squeeze=False)[0]
     for panel, (name, flight) in zip(panels, flights.items(), strict=True):
         panel.set(title=name, xlabel="time [s]", xlim=(0.0, flight.time[-1]))
-        panel.grid(alpha=0.3)
+        dress(panel)
     return figure, list(panels)
 
 
@@ -58,9 +57,9 @@ def bounded(flights: Mapping[str, Flight], bound: PrescribedBound) -> Figure:
         for axis, (panel, color) in enumerate(zip(panels, COLORS, strict=False)):
             panel.plot(time, flight.attitude[every, 0, axis] / rho, color=color)
             for limit in (low, high):
-                panel.plot(time, limit[:, axis] / rho, color="black", linestyle=":", linewidth=1.2)
+                panel.plot(time, limit[:, axis] / rho, color=INK, linestyle=":", linewidth=1.2)
             panel.set(xlim=(0.0, flight.time[-1]), ylim=(-1.6, 1.6))
-            panel.grid(alpha=0.3)
+            dress(panel)
             rows[axis, 0].set_ylabel(rf"$\sigma_{axis + 1} / \rho$ [-]")
         panels[0].set_title(name)
         panels[-1].set_xlabel("time [s]")
@@ -85,8 +84,9 @@ def torque(flights: Mapping[str, Flight]) -> Figure:
     for panel, flight in zip(panels, flights.values(), strict=True):
         every, time = _thinned(flight)
         command = flight.command[every, 0]
-        for wheel, color in zip(range(command.shape[1]), COLORS, strict=False):
-            panel.plot(time[: len(command)], command[:, wheel], color=color, linewidth=0.7, label=f"wheel {wheel + 1}")
+        for wheel in range(command.shape[1]):
+            look = stroke(wheel).of_line
+            panel.plot(time[: len(command)], command[:, wheel], linewidth=0.7, label=f"wheel {wheel}", **look)
     panels[0].set_ylabel("commanded torque [N m]")
     panels[0].legend(loc="upper right", fontsize=8)
     return figure
@@ -103,12 +103,13 @@ def torque_bands(flights: Mapping[str, Flight]) -> Figure:
         starts = np.arange(0, len(command), max(1, len(command) // POINTS))
         counts = np.diff(np.append(starts, len(command)))
         least, most, total = (ufunc.reduceat(command, starts) for ufunc in (np.minimum, np.maximum, np.add))
-        for wheel, color in zip(range(command.shape[1]), COLORS, strict=False):
+        for wheel in range(command.shape[1]):
+            color = stroke(wheel).color
             panel.fill_between(
                 flight.time[starts], least[:, wheel], most[:, wheel], color=color, alpha=0.25, linewidth=0.0
             )
             panel.plot(
-                flight.time[starts], total[:, wheel] / counts, color=color, linewidth=0.9, label=f"wheel {wheel + 1}"
+                flight.time[starts], total[:, wheel] / counts, color=color, linewidth=0.9, label=f"wheel {wheel}"
             )
     panels[0].set_ylabel("commanded torque [N m]")
     panels[0].legend(loc="upper right", fontsize=8)
@@ -119,11 +120,11 @@ def errors(flights: Mapping[str, Flight]) -> Figure:
     """Draw the pointing errors of all flights in one panel, on a logarithmic scale."""
     figure = Figure(figsize=(8.0, 3.6), layout="constrained")
     panel = figure.subplots()
-    for (name, flight), color in zip(flights.items(), cycle(COLORS), strict=False):
+    for number, (name, flight) in enumerate(flights.items()):
         every, time = _thinned(flight)
-        panel.plot(time, np.maximum(flight.error[every, 0], 1e-7), color=color, label=name)
+        panel.plot(time, np.maximum(flight.error[every, 0], 1e-7), label=name, **stroke(number).of_line)
     panel.set(yscale="log", xlabel="time [s]", ylabel="pointing error [deg]")
-    panel.grid(alpha=0.3)
+    dress(panel)
     panel.legend(loc="upper right", fontsize=8)
     return figure
 
@@ -142,11 +143,11 @@ def histories(lines: Mapping[str, tuple[FloatArray, FloatArray]], label: str, lo
     """
     figure = Figure(figsize=(8.0, 3.6), layout="constrained")
     panel = figure.subplots()
-    for (name, (time, values)), color in zip(lines.items(), cycle(COLORS), strict=False):
+    for number, (name, (time, values)) in enumerate(lines.items()):
         every = slice(None, None, max(1, len(time) // POINTS) | 1)
-        panel.plot(time[every], values[every], color=color, label=name)
+        panel.plot(time[every], values[every], label=name, **stroke(number).of_line)
     panel.set(yscale="log" if logarithmic else "linear", xlabel="time [s]", ylabel=label)
-    panel.grid(alpha=0.3)
+    dress(panel)
     if len(lines) > 5:
         figure.legend(loc="outside right upper", fontsize=8)
     else:
@@ -169,10 +170,11 @@ def estimates(flights: Mapping[str, Flight]) -> Figure:
         time = time[: len(flight.command[every])]
         for panel, (quantity, label) in zip(panels[:, column], rows, strict=True):
             estimate, truth = getattr(flight, quantity), getattr(flight, f"true_{quantity}")
-            panel.grid(alpha=0.3)
+            dress(panel)
             if column == 0:
                 panel.set_ylabel(label)
-            for wheel, color in zip(range(truth.shape[2]), COLORS, strict=False):
+            for wheel in range(truth.shape[2]):
+                color = stroke(wheel).color
                 panel.plot(time, truth[every, 0, wheel], color=color, linestyle=":", linewidth=1.2)
                 if estimate is None:
                     continue
@@ -180,7 +182,7 @@ def estimates(flights: Mapping[str, Flight]) -> Figure:
                 panel.plot(time, line, color=color, alpha=0.3, linewidth=1.0)
                 if flight.identifiable is not None:
                     line = np.where(flight.identifiable[every, 0, wheel], line, np.nan)
-                panel.plot(time, line, color=color, linewidth=1.2, label=f"wheel {wheel + 1}")
+                panel.plot(time, line, color=color, linewidth=1.2, label=f"wheel {wheel}")
             if estimate is None:
                 panel.text(0.5, 0.6, "not estimated", transform=panel.transAxes, ha="center")
         panels[0, column].set(title=name, ylim=(-0.05, 1.1))
@@ -198,7 +200,7 @@ def torques_estimated(flights: Mapping[str, tuple[Flight, FloatArray]]) -> Figur
         assert flight.disturbance is not None
         for axis, color in zip(range(3), COLORS, strict=False):
             panel.plot(time, flight.disturbance[every, 0, axis], color=color, linewidth=1.0, label="xyz"[axis])
-            panel.plot(time, truth[every, axis], color="black", linestyle=":", linewidth=1.2)
+            panel.plot(time, truth[every, axis], color=INK, linestyle=":", linewidth=1.2)
     panels[0].set_ylabel("torque of the faults [N m]")
     panels[0].legend(loc="upper left", fontsize=8)
     return figure
@@ -212,6 +214,6 @@ def vibration_estimated(flight: Flight) -> Figure:
     estimate = flight.vibration[every, 0]
     for axis, (panel, color) in enumerate(zip(panels, COLORS, strict=False)):
         panel.plot(time[: len(estimate)], estimate[:, axis], color=color, linewidth=0.9)
-        panel.plot(time, flight.true_vibration[every, 0, axis], color="black", linestyle=":", linewidth=1.0)
+        panel.plot(time, flight.true_vibration[every, 0, axis], color=INK, linestyle=":", linewidth=1.0)
     panels[0].set_ylabel("torque of the modes [N m]")
     return figure
