@@ -1,0 +1,161 @@
+"""Fly the baselines for their pages, and draw what happened."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from baseline_facts import Flown, about
+from baseline_figures import draw
+
+import ftac_gym
+from ftac_gym import baselines, scenarios
+from ftac_gym.attitude import angle_between, quaternion_error, rotate_to_body
+from ftac_gym.baselines import tuned
+from ftac_gym.dynamics import Simulator
+from ftac_gym.episodes import Episodes
+from ftac_gym.evaluation.metrics import episode_metrics
+from ftac_gym.evaluation.plots import EstimateHistory, faults_in_words
+from ftac_gym.evaluation.rollout import Rollout
+from ftac_gym.parameters import FloatArray
+from ftac_gym.scenario import Scenario
+
+SEED = 3
+"""Of every flight: on the flagship a wheel gets a bias when a good law has long been on target."""
+KEPT = ("success", "settling_time", "final_error", "saturation", "chatter")
+"""Metrics that the pages show."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a page says of one flight.
+
+    Parameters
+    ----------
+    gains
+        ``"default"`` or ``"tuned"``.
+    scenario
+        Name of the scenario.
+    duration
+        How long was flown [s].
+    hold
+        Length of the last part, which the final error is that of [s].
+    faults
+        What was wrong, in words.
+    metrics
+        Those of :data:`KEPT`, by name.
+    """
+
+    gains: str
+    scenario: str
+    duration: float
+    hold: float
+    faults: str
+    metrics: dict[str, float]
+
+
+def task(flown: Flown) -> Scenario:
+    """Return the scenario of a flight, as long as the flight."""
+    scenario = scenarios.get(flown.scenario)
+    return scenario if flown.duration is None else scenario.replace(duration=flown.duration)
+
+
+def fly(scenario: Scenario, name: str, gains: str = "default", seed: int = SEED) -> tuple[Rollout, EstimateHistory]:
+    """Fly one episode and keep what the law's observer believes on the way.
+
+    It is what :func:`ftac_gym.evaluation.rollout` does for a baseline, but for the environment around the craft, which
+    takes a third of the time, and the rewards, which stay zero.
+
+    Parameters
+    ----------
+    scenario
+        The task.
+    name, gains
+        The baseline.
+    seed
+        Seed of the episode.
+    """
+    drawn, law = scenario.draw(seed, 1), baselines.make(name, scenario, 1, gains)
+    simulator = Simulator(scenario, 1)
+    simulator.reset(drawn)
+    truth = law.information == "oracle"
+    kept: dict[str, list[FloatArray]] = {}
+    believed: dict[str, list[FloatArray]] = {}
+
+    def record() -> None:
+        state = simulator.state
+        now = {"attitude": state.attitude, "rate": state.rate, "wheel_momentum": state.wheel_momentum}
+        now |= {"reference_attitude": simulator.reference_attitude, "reference_rate": simulator.reference_rate}
+        now |= {"modal_displacement": state.modal_displacement, "modal_rate": state.modal_rate}
+        for part, values in now.items():
+            kept.setdefault(part, []).append(np.array(values))
+
+    record()
+    for _ in range(scenario.horizon):
+        command = law.act(simulator.measurement(truth=truth))
+        simulator.step(command)
+        kept.setdefault("command", []).append(np.array(simulator.last_command))
+        record()
+        if law.estimate is not None:
+            for part in ("effectiveness", "bias", "identifiable", "disturbance", "vibration"):
+                if (values := getattr(law.estimate, part)) is not None:
+                    believed.setdefault(part, []).append(np.array(values))
+    history = _rollout(scenario, drawn, {part: np.array(rows) for part, rows in kept.items()})
+    # What is believed at the end has been put to no use.
+    parts = {part: np.array([*rows, rows[-1]]) for part, rows in believed.items()}
+    absent = dict.fromkeys(("effectiveness", "bias", "identifiable", "disturbance", "vibration"))
+    return history, EstimateHistory(history, **{**absent, **parts})
+
+
+def _rollout(scenario: Scenario, drawn: Episodes, kept: dict[str, FloatArray]) -> Rollout:
+    error = quaternion_error(kept["attitude"], kept["reference_attitude"])
+    rate_error = kept["rate"] - rotate_to_body(error, kept.pop("reference_rate"))
+    return Rollout(
+        scenario=scenario,
+        episodes=drawn,
+        time=np.arange(scenario.horizon + 1) * scenario.control_period,
+        attitude_error=angle_between(kept["attitude"], kept["reference_attitude"]),
+        rate_error=np.linalg.norm(rate_error, axis=2),
+        applied_torque=-np.diff(kept["wheel_momentum"], axis=0) / scenario.control_period,
+        reward=np.zeros(kept["command"].shape[:2]),
+        **kept,
+    )
+
+
+def evaluate(name: str, folder: Path) -> list[Result]:
+    """Fly a baseline with all its gains, draw its figures into a folder, and return the results.
+
+    With default gains it flies the scenario that it is made for. Tuned gains fly the one that they were tuned on, beside
+    the default ones: a figure of its own where the two scenarios differ.
+    """
+    first = about(name).flown
+    groups = {first: ["default"]}
+    if name in tuned.names():
+        second = Flown(tuned.record(name)["provenance"]["scenario"])
+        groups.setdefault(second, ["default"]).append("tuned")
+    results = []
+    for flown, gains in groups.items():
+        scenario = task(flown)
+        flights = {choice: fly(scenario, name, choice) for choice in gains}
+        results += [result_of(flown.scenario, choice, history) for choice, (history, _) in flights.items()]
+        figure = draw(flights, estimated=baselines.law(name)(scenario).information != "oracle")
+        folder.mkdir(parents=True, exist_ok=True)
+        figure.savefig(folder / picture(name, flown.scenario), dpi=110, metadata={"Software": None})
+    return results
+
+
+def picture(name: str, scenario: str) -> str:
+    """Return the name of the file of a figure."""
+    return f"{name}-{scenario}.png"
+
+
+def result_of(scenario: str, gains: str, history: Rollout) -> Result:
+    """Return what a page says of a flight."""
+    metrics = episode_metrics(history)
+    kept = {part: float(metrics[part][0]) for part in KEPT}
+    hold, faults = history.scenario.success.hold, faults_in_words(history.episodes, 0)
+    return Result(gains, scenario, history.scenario.duration, hold, faults, kept)

@@ -1,0 +1,51 @@
+"""From points in space to points on the screen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ftac_gym.parameters import FloatArray
+
+VIEW_FROM = (2.2, -3.6, 1.9)
+"""Where the camera stands, inertial axes; the sphere of directions has radius 1."""
+
+FIELD = 1.22
+"""Half-width at the distance of the origin that fits between centre and edge of the viewport."""
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """A perspective camera, fixed in inertial space, that looks at the origin with the third inertial axis up.
+
+    Parameters
+    ----------
+    center
+        (2,) where the origin appears [pixels].
+    radius
+        How many pixels ``FIELD`` takes at the origin.
+    """
+
+    center: tuple[float, float]
+    radius: float
+
+    @property
+    def distance(self) -> float:
+        """From the camera to the origin."""
+        return float(np.linalg.norm(VIEW_FROM))
+
+    @property
+    def axes(self) -> FloatArray:
+        """(3, 3) rows: right, up and towards the camera, in inertial axes."""
+        toward = np.array(VIEW_FROM) / self.distance
+        right = np.cross((0.0, 0.0, 1.0), toward)
+        right /= np.linalg.norm(right)
+        return np.stack([right, np.cross(toward, right), toward])
+
+    def project(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return pixels (..., 2), rows downwards, and the depth (...) towards the camera of points (..., 3)."""
+        seen = points @ self.axes.T
+        scale = self.radius / FIELD * self.distance / (self.distance - seen[..., 2])
+        pixels = np.stack([self.center[0] + scale * seen[..., 0], self.center[1] - scale * seen[..., 1]], axis=-1)
+        return pixels, seen[..., 2]
