@@ -15,7 +15,7 @@ setup: $(STAMP)  ## create the virtual environment
 $(STAMP): pyproject.toml constraints.txt
 	test -x $(RUN) || $(PYTHON) -m venv $(VENV)
 	$(RUN) -m pip install --quiet --disable-pip-version-check torch==2.13.0 -c constraints.txt
-	$(RUN) -m pip install --quiet --disable-pip-version-check --editable '.[train,dev,lmi,cluster]' -c constraints.txt
+	$(RUN) -m pip install --quiet --disable-pip-version-check --editable '.[train,dev,lmi,cluster,render]' -c constraints.txt
 	touch $(STAMP)
 
 evaluate: $(STAMP)  ## compare the shipped agent with the baselines on identical faults

@@ -17,10 +17,13 @@ class Flown:
         Name of the scenario.
     duration
         How long [s]; None for its own duration.
+    hold
+        Length of the last part by which the flight is judged [s]; None for its own.
     """
 
     scenario: str
     duration: float | None = None
+    hold: float | None = None
 
 
 @dataclass(frozen=True)
@@ -75,28 +78,28 @@ def _flagship(summary: str, reported: Reported | None = None) -> About:
 
 
 def _rest(summary: str, flights: str, claims: str) -> About:
-    return About(summary, (REST,), Flown(REST, 40.0), Reported(ZHANG_ZHOU, flights, claims))
+    return About(summary, (REST,), Flown(REST, 30.0, 5.0), Reported(ZHANG_ZHOU, flights, claims))
 
 
 def _turning(summary: str, flights: str, claims: str) -> About:
     scenarios = (TURNING, "zhang_zhou_2019", "zhang_zhou_2019_2nm")
-    return About(summary, scenarios, Flown(TURNING, 40.0), Reported(ZHANG_ZHOU, flights, claims))
+    return About(summary, scenarios, Flown(TURNING, 30.0, 5.0), Reported(ZHANG_ZHOU, flights, claims))
 
 
 def _cao(summary: str, flights: str, claims: str | None) -> About:
-    return About(summary, (CAO,), Flown(CAO, 30.0), Reported(CAO, flights, claims))
+    return About(summary, (CAO,), Flown(CAO, 25.0, 5.0), Reported(CAO, flights, claims))
 
 
 def _ma(summary: str, scenario: str, flights: str, claims: str) -> About:
-    return About(summary, (scenario,), Flown(scenario, 40.0), Reported(MA, flights, claims))
+    return About(summary, (scenario,), Flown(scenario, 30.0, 5.0), Reported(MA, flights, claims))
 
 
 def _chen(summary: str, flights: str, claims: str) -> About:
-    return About(summary, (CHEN,), Flown(CHEN), Reported(CHEN, flights, claims))
+    return About(summary, (CHEN,), Flown(CHEN, hold=5.0), Reported(CHEN, flights, claims))
 
 
 def _li(summary: str, flights: str, claims: str, *more: str) -> About:
-    return About(summary, (LI, *more), Flown(LI, 160.0), Reported(LI, flights, claims))
+    return About(summary, (LI, *more), Flown(LI, 150.0, 5.0), Reported(LI, flights, claims))
 
 
 _ABOUT: dict[str, About] = {
@@ -140,7 +143,7 @@ _ABOUT: dict[str, About] = {
     "shen_class": About(
         "Inertia-free control within the limits of the wheels, of the family of Zhang and Zhou's comparator",
         ("shen_2019",),
-        Flown("shen_2019"),
+        Flown("shen_2019", hold=5.0),
         Reported(ZHANG_ZHOU, "(printed, )?Shen-class.*", "Shen-class"),
     ),
     "ptc": _cao(
@@ -151,7 +154,9 @@ _ABOUT: dict[str, About] = {
     "ptc_no_observer": _cao(f"The usable law {BEFORE}", r".*E\^ = I(?<!h1 = 0\.5, E\^ = I)", r"E\^ = I"),
     "ptc_oracle": _cao(f"The usable law {TRUTH}", "PTC.*oracle|turning, oracle", "oracle|exact"),
     "ptc_printed": _cao(
-        "Predefined-time control with the exponent, the observer and the division of the paper", "PTC as printed", "rinted"
+        "Predefined-time control with the exponent, the observer and the division of the paper",
+        "PTC as printed",
+        "rinted",
     ),
     "ptc_printed_no_observer": _cao(f"The printed law {BEFORE}", r"PTC h1 = 0\.5, E\^ = I", r"h1 = 0\.5 with E\^ = I"),
     "ptc_printed_oracle": _cao(f"The printed law {TRUTH}", "", None),
@@ -160,9 +165,7 @@ _ABOUT: dict[str, About] = {
         "",
         None,
     ),
-    "ptc_regularised_no_observer": _cao(
-        f"The regularised law {BEFORE}", r"PTC h1 = 0\.5, regularised", "regularised"
-    ),
+    "ptc_regularised_no_observer": _cao(f"The regularised law {BEFORE}", r"PTC h1 = 0\.5, regularised", "regularised"),
     "ptc_regularised_oracle": _cao(f"The regularised law {TRUTH}", "", None),
     "tsmc_class": _cao(
         f"Terminal sliding mode of the family of Cao's comparator, with gains of ours, {BEFORE}", "TSMC-class.*", "TSMC"

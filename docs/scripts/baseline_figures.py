@@ -25,35 +25,44 @@ LABELS = {
     "vibration": "torque of the\nmodes [N m]",
 }
 """What is drawn below the errors, with its label."""
-WIDTH, PANEL, TOP, BOTTOM, GAP, LEFT, RIGHT = 8.6, 1.15, 0.75, 0.75, 0.22, 0.85, 0.15
-"""Sizes [in] of the figure, of a panel, and of the room about it."""
+WIDTH, PANEL, LINE, BOTTOM, GAP, LEFT, RIGHT = 8.6, 1.15, 0.16, 0.78, 0.3, 0.85, 0.15
+"""Sizes [in] of the figure, of a panel, of a line of the title, and of the room about the panels."""
 
 
-def rows_of(estimates: EstimateHistory) -> list[str]:
-    """Return what is drawn below the errors."""
-    rows = ["torque"]
-    rows += [part for part in ("effectiveness", "bias") if getattr(estimates, part) is not None]
-    rows += ["unexplained"] * (estimates.disturbance is not None)
+def rows_of(estimates: EstimateHistory, takes_torques: bool) -> list[str]:
+    """Return what there is to draw of an observer's estimates, in the order of the rows.
+
+    Parameters
+    ----------
+    estimates
+        What it believed.
+    takes_torques
+        Whether the law puts a torque on the body to use where nothing is known of the biases of wheels.
+    """
+    rows = [part for part in ("effectiveness", "bias") if getattr(estimates, part) is not None]
+    rows += ["unexplained"] * (takes_torques and estimates.bias is None and estimates.disturbance is not None)
     return rows + ["vibration"] * (estimates.vibration is not None)
 
 
-def draw(flights: Mapping[str, Flight], estimated: bool) -> Figure:
+def draw(flights: Mapping[str, Flight], rows: list[str]) -> Figure:
     """Draw flights of the same episode.
 
     Parameters
     ----------
     flights
         By the words that tell them apart.
-    estimated
-        Whether to draw what is believed of the faults.
+    rows
+        What to draw of the estimates, of :data:`LABELS`.
     """
-    first, believed = next(iter(flights.values()))
-    rows = rows_of(believed) if estimated else ["torque"]
+    first = next(iter(flights.values()))[0]
+    rows = ["torque", *rows]
+    title = folded(faults_in_words(first.episodes, 0), 105)
     count, columns = 2 + len(rows), len(flights)
-    height = TOP + BOTTOM + count * PANEL + (count - 1) * GAP
+    top = 0.2 + LINE * (1 + title.count("\n"))
+    height = top + BOTTOM + count * PANEL + (count - 1) * GAP
     figure = Figure(figsize=(WIDTH, height), facecolor="white")
     # Placed by hand: matplotlib's own layouts take longer than the flights.
-    room = {"left": LEFT / WIDTH, "right": 1.0 - RIGHT / WIDTH, "bottom": BOTTOM / height, "top": 1.0 - TOP / height}
+    room = {"left": LEFT / WIDTH, "right": 1.0 - RIGHT / WIDTH, "bottom": BOTTOM / height, "top": 1.0 - top / height}
     grid = figure.add_gridspec(count, columns, hspace=GAP / PANEL, wspace=0.06, **room)
     panels = [figure.add_subplot(grid[row, :]) for row in range(2)]
     _errors(panels, flights)
@@ -74,7 +83,7 @@ def draw(flights: Mapping[str, Flight], estimated: bool) -> Figure:
     mark_onsets(panels, first.episodes, float(first.time[-1]))
     for panel in panels:
         panel.set_xlim(0.0, first.time[-1])
-    panels[0].set_title(folded(faults_in_words(first.episodes, 0), 105), fontsize=9.5, color=INK, loc="left")
+    panels[0].set_title(title, fontsize=9.5, color=INK, loc="left")
     figure.legend(handles=_key(first, rows), loc="lower center", ncols=8, fontsize=8.5, frameon=False, handlelength=2.4)
     figure.align_ylabels(panels)
     return figure
@@ -95,21 +104,22 @@ def _errors(panels: list[Axes], flights: Mapping[str, Flight]) -> None:
     for panel, label, limit in zip(panels, labels, (success.angle, success.rate), strict=True):
         panel.set_yscale("log")
         panel.axhline(np.degrees(limit), color=INK, linestyle=":", linewidth=1.2)
+        panel.minorticks_off()
         dress(panel, ylabel=label)
-        panel.tick_params(labelbottom=False)
+    panels[0].tick_params(labelbottom=False)
+    panels[1].tick_params(labelbottom=len(flights) > 1)
     if len(flights) > 1:
         panels[0].legend(loc="upper right", fontsize=8.5, frameon=False, ncols=2, handlelength=2.8)
 
 
 def _part(panel: Axes, part: str, flight: Flight) -> None:
-    history, believed = flight
-    time, width = history.time, 1.2
+    history, time = flight[0], flight[0].time
     if part == "torque":
         for wheel, torque in enumerate(history.applied_torque[:, 0].T):
             panel.plot(time[1:], torque, linewidth=0.9, color=stroke(wheel).color)
         return
     for index, (values, truth) in enumerate(zip(*_pair(part, flight), strict=True)):
-        panel.plot(time, values, linewidth=width, color=stroke(index).color)
+        panel.plot(time, values, linewidth=1.2, color=stroke(index).color)
         panel.plot(time, truth, linewidth=1.6, color=stroke(index).color, linestyle=(0, (1.0, 1.4)), zorder=3)
     if part in ("unexplained", "vibration"):
         # The colours of the first wheels stand for axes here, which the panel has to say itself.

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from baseline_facts import Flown, about
-from baseline_figures import draw
+from baseline_figures import draw, rows_of
 
-import ftac_gym
 from ftac_gym import baselines, scenarios
 from ftac_gym.attitude import angle_between, quaternion_error, rotate_to_body
 from ftac_gym.baselines import tuned
@@ -61,7 +57,8 @@ class Result:
 def task(flown: Flown) -> Scenario:
     """Return the scenario of a flight, as long as the flight."""
     scenario = scenarios.get(flown.scenario)
-    return scenario if flown.duration is None else scenario.replace(duration=flown.duration)
+    success = scenario.success if flown.hold is None else replace(scenario.success, hold=flown.hold)
+    return scenario.replace(duration=flown.duration or scenario.duration, success=success)
 
 
 def fly(scenario: Scenario, name: str, gains: str = "default", seed: int = SEED) -> tuple[Rollout, EstimateHistory]:
@@ -129,20 +126,25 @@ def _rollout(scenario: Scenario, drawn: Episodes, kept: dict[str, FloatArray]) -
 def evaluate(name: str, folder: Path) -> list[Result]:
     """Fly a baseline with all its gains, draw its figures into a folder, and return the results.
 
-    With default gains it flies the scenario that it is made for. Tuned gains fly the one that they were tuned on, beside
-    the default ones: a figure of its own where the two scenarios differ.
+    With default gains it flies the scenario that it is made for. Tuned gains fly the one that they were tuned on,
+    beside the default ones: a figure of its own where the two scenarios differ.
     """
     first = about(name).flown
     groups = {first: ["default"]}
     if name in tuned.names():
-        second = Flown(tuned.record(name)["provenance"]["scenario"])
+        scenario_tuned = tuned.record(name)["provenance"]["scenario"]
+        second = first if scenario_tuned == first.scenario else Flown(scenario_tuned)
         groups.setdefault(second, ["default"]).append("tuned")
     results = []
     for flown, gains in groups.items():
         scenario = task(flown)
         flights = {choice: fly(scenario, name, choice) for choice in gains}
         results += [result_of(flown.scenario, choice, history) for choice, (history, _) in flights.items()]
-        figure = draw(flights, estimated=baselines.law(name)(scenario).information != "oracle")
+        law = baselines.make(name, scenario)
+        # An oracle believes what is true.
+        observed = law.information != "oracle"
+        rows = rows_of(flights["default"][1], getattr(law, "takes_torques", True)) if observed else []
+        figure = draw(flights, rows)
         folder.mkdir(parents=True, exist_ok=True)
         figure.savefig(folder / picture(name, flown.scenario), dpi=110, metadata={"Software": None})
     return results

@@ -63,8 +63,8 @@ class SpacecraftFTCEnv(Rendered, gym.Env[Observation, npt.NDArray[Any]]):
 
     ``render_mode="rgb_array"`` returns frames (height, width, 3), ``"human"`` shows them in a window in real time; both
     need the extra ``render``. A frame shows the truth: body, panels and target, the path of the boresight, the wheels
-    with their torque, momentum and health, errors, and what is wrong in words. Set ``env.unwrapped.policy_name`` to have
-    it shown too. ``metadata["render_fps"]`` is one frame per control period.
+    with their torque, momentum and health, errors, and what is wrong in words. Set ``env.unwrapped.policy_name`` to
+    have it shown too. ``metadata["render_fps"]`` is one frame per control period.
 
     ## Arguments
 

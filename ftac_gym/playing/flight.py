@@ -11,6 +11,7 @@ from ftac_gym.envs.rendering.snapshot import Snapshot, snapshots
 from ftac_gym.episodes import Episodes
 from ftac_gym.evaluation.rollout import resolve_policy
 from ftac_gym.faults import Fault
+from ftac_gym.faults.distribution import check_kinds
 from ftac_gym.faults.live import repaired, struck
 from ftac_gym.parameters import require
 from ftac_gym.scenario import Scenario
@@ -88,8 +89,9 @@ class Flight:
         ValueError
             If the fault of a wheel names none, or one that the craft does not have, or does not fit the wheels.
         """
-        simulator, limits = self._env.core.simulator, self.scenario.spacecraft.wheels.torque_limits
-        simulator.set_faults(struck(simulator.faults, 0, fault, self.time, limits, random))
+        simulator, wheels = self._env.core.simulator, self.scenario.spacecraft.wheels
+        check_kinds((fault,), wheels)
+        simulator.set_faults(struck(simulator.faults, 0, fault, self.time, wheels.torque_limits, random))
 
     def repair(self, wheel: int | None) -> None:
         """Put a wheel in order, or the sensors if the wheel is None."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -30,12 +31,12 @@ class Camera:
     center: tuple[float, float]
     radius: float
 
-    @property
+    @cached_property
     def distance(self) -> float:
         """From the camera to the origin."""
         return float(np.linalg.norm(VIEW_FROM))
 
-    @property
+    @cached_property
     def axes(self) -> FloatArray:
         """(3, 3) rows: right, up and towards the camera, in inertial axes."""
         toward = np.array(VIEW_FROM) / self.distance

@@ -13,7 +13,7 @@ HALF = np.array([0.17, 0.17, 0.22])
 REACH, WIDTH, SEGMENTS = 0.82, 0.15, 5
 """Length of a panel along the first body axis, its half-width, and in how many parts it is drawn."""
 
-EXAGGERATION = 10.0
+EXAGGERATION = 30.0
 """How many times as far as they do the panels bend on the screen."""
 
 _CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
@@ -47,7 +47,7 @@ def panel_turn(appendages: FlexibleAppendages | None, displacement: FloatArray) 
 
 
 def panel_faces(turn: FloatArray) -> FloatArray:
-    """Return the parts of both panels (2 * SEGMENTS, 4, 3), body axes, bent EXAGGERATION times as far as by a turn (3,).
+    """Return the parts of both panels (2 * SEGMENTS, 4, 3), body axes, bent EXAGGERATION times a turn (3,).
 
     A turn about the second or third axis bends them like a beam that is clamped to the body; one about the first twists
     them.

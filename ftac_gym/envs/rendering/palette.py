@@ -21,6 +21,12 @@ DEAD: Color = (235, 84, 60)
 GOOD: Color = (0, 190, 140)
 
 
+def dimmed(color: Color) -> Color:
+    """Return a color at half its brightness."""
+    red, green, blue = color
+    return (red // 2, green // 2, blue // 2)
+
+
 def health(effectiveness: float, faulty: bool) -> tuple[Color, str]:
     """Return the colour and the word for the state of a wheel.
 

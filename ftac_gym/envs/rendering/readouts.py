@@ -41,7 +41,7 @@ class Readouts:
         self._seen = np.full((2, wheels.count), 1e-6)
         self._success = scenario.success
         self._bends = scenario.spacecraft.appendages is not None
-        self.bar_height = int(112 * self._scale)
+        self.bar_height = int(98 * self._scale)
         """Height of the strip with the wheels [pixels]."""
         self._text = lru_cache(maxsize=512)(self._render)
 
@@ -109,7 +109,10 @@ class Readouts:
     def _inset(self, surface: Any, snapshot: Snapshot) -> None:
         """Draw where the target's boresight is, seen along the own one; distances are logarithmic."""
         pygame, radius = self._pygame, int(46 * self._scale)
-        center = (self._size[0] - radius - 14 * self._scale, self._size[1] - self.bar_height - radius - 24 * self._scale)
+        center = (
+            self._size[0] - radius - 14 * self._scale,
+            self._size[1] - self.bar_height - radius - 24 * self._scale,
+        )
         pygame.draw.circle(surface, palette.PANEL, center, radius)
         pygame.draw.aacircle(surface, palette.LINE, center, radius, 1)
         cone = math.degrees(self._success.angle)
@@ -154,9 +157,7 @@ class Readouts:
                 text = f"{value:+.3g} of {limit:.3g} {unit}" if limited else f"{value:+.3g} {unit}, no limit"
                 line += self.write(surface, text, (left, line), 15, palette.FAINT) + 4 * self._scale
 
-    def _bar(
-        self, surface: Any, box: tuple[float, ...], value: float, command: float | None, color: Color
-    ) -> None:
+    def _bar(self, surface: Any, box: tuple[float, ...], value: float, command: float | None, color: Color) -> None:
         pygame = self._pygame
         left, top, width, height = box
         middle = left + width / 2.0
@@ -168,7 +169,9 @@ class Readouts:
         pygame.draw.line(surface, palette.FAINT, (middle, top), (middle, top + height - 1))
         if command is not None:
             asked = middle + min(max(command, -1.0), 1.0) * (width / 2.0 - 1.0)
-            pygame.draw.line(surface, palette.TEXT, (asked, top - 1), (asked, top + height), max(2, int(2 * self._scale)))
+            pygame.draw.line(
+                surface, palette.TEXT, (asked, top - 1), (asked, top + height), max(2, int(2 * self._scale))
+            )
 
 
 def logarithmic(angle: float) -> float:
@@ -179,4 +182,3 @@ def logarithmic(angle: float) -> float:
 
 def _short(value: float) -> str:
     return f"{value:.1f}" if value >= 1.0 else f"{value:.4f}"
-

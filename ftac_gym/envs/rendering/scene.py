@@ -41,6 +41,7 @@ class Scene:
         self._appendages = spacecraft.appendages
         self._body = mesh.body_faces()
         self._wheels = mesh.wheel_faces(spacecraft.wheels.axis_matrix)
+        self._ghost = np.concatenate([self._body, mesh.panel_faces(np.zeros(3))])
         self._trail: list[FloatArray] = []
         self._font = pygame.font.Font(None, max(14, int(camera.radius * 0.1)))
 
@@ -78,7 +79,9 @@ class Scene:
         self._draw_craft(surface, turned, snapshot)
         self._draw_trail(surface, behind=False)
         for axis in range(3):
-            self._arrow(surface, turned[:, axis] * (1.0 if axis == BORESIGHT else 0.55), palette.AXES[axis], "xyz"[axis])
+            self._arrow(
+                surface, turned[:, axis] * (1.0 if axis == BORESIGHT else 0.55), palette.AXES[axis], "xyz"[axis]
+            )
         target, _ = self._camera.project(wanted[:, BORESIGHT])
         self._pygame.draw.aacircle(surface, palette.GHOST, target, max(5, int(self._camera.radius * 0.035)), 2)
 
@@ -111,9 +114,10 @@ class Scene:
             self._pygame.draw.aalines(surface, palette.PANEL, True, pixels)
 
     def _draw_ghost(self, surface: Any, wanted: FloatArray) -> None:
-        for face in (*self._body, *mesh.panel_faces(np.zeros(3))):
-            pixels, _ = self._camera.project(face @ wanted.T)
-            self._pygame.draw.aalines(surface, tuple(part // 2 for part in palette.GHOST), True, pixels)
+        pixels, _ = self._camera.project(self._ghost @ wanted.T)
+        color = palette.dimmed(palette.GHOST)
+        for outline in pixels:
+            self._pygame.draw.aalines(surface, color, True, outline)
         self._line(surface, np.stack([np.zeros(3), wanted[:, BORESIGHT]]), palette.GHOST)
 
     def _draw_trail(self, surface: Any, behind: bool) -> None:
@@ -122,11 +126,13 @@ class Scene:
         points = np.array(self._trail)
         pixels, depth = self._camera.project(points)
         far = depth < 0.0
-        color = tuple(part // 2 for part in palette.TRAIL) if behind else palette.TRAIL
+        color = palette.dimmed(palette.TRAIL) if behind else palette.TRAIL
         edges = np.flatnonzero(np.diff(far.astype(np.int8))) + 1
         for part in np.split(np.arange(len(points)), edges):
-            if far[part[0]] == behind and len(part) > 1:
-                self._pygame.draw.aalines(surface, color, False, pixels[part])
+            # Each part reaches to where the next one begins.
+            joined = pixels[part[0] : part[-1] + 2]
+            if far[part[0]] == behind and len(joined) > 1:
+                self._pygame.draw.aalines(surface, color, False, joined)
 
     def _arrow(self, surface: Any, tip: FloatArray, color: palette.Color, label: str) -> None:
         pixels, _ = self._camera.project(np.stack([np.zeros(3), tip, tip * 1.08]))
