@@ -37,12 +37,13 @@ from rich.table import Table
 from ftac_gym import baselines, scenarios
 from ftac_gym.baselines import tuned
 from ftac_gym.episodes import Episodes
-from ftac_gym.evaluation import BaselineContestant, Evaluation, compare, evaluate, fault_classes, rollout
+from ftac_gym.evaluation import Evaluation, compare, evaluate, fault_classes, rollout
 from ftac_gym.evaluation.benchmark import fly, frozen_episodes
 from ftac_gym.evaluation.contestants import ALL, TUNED, entries_of, tried
-from ftac_gym.evaluation.designs import SHIPPED, designs, shipped
+from ftac_gym.evaluation.designs import SHIPPED, designs
 from ftac_gym.evaluation.files import write_episodes, write_summary
 from ftac_gym.evaluation.gallery import fault_gallery
+from ftac_gym.evaluation.names import contestant_of, source_of
 from ftac_gym.evaluation.plots import episode as draw_episode
 from ftac_gym.evaluation.plots import error_bands, prescribed_bound
 from ftac_gym.evaluation.report import write_report
@@ -104,27 +105,10 @@ class Config:
 
 def paths(policies: Sequence[str], scenario: str = "flagship") -> dict[str, str]:
     """Return what to load for each policy, by its name in the tables; refuse unknown ones before any work is done."""
-    found: dict[str, str] = {}
-    for policy in policies:
-        if policy == "agent":
-            own = f"{scenario}_residual"
-            found[policy] = str(shipped(own if own in designs() else "flagship_residual"))
-        elif policy in designs():
-            found[policy] = str(shipped(policy))
-        elif policy.removesuffix(TUNED) in baselines.names() or Path(policy).exists():
-            found[policy] = policy
-        else:
-            known = f"no baseline ({', '.join(baselines.names())}), shipped agent ({', '.join(designs())}) or file"
-            raise SystemExit(f"--policies: {policy!r} is {known}")
-    return found
-
-
-def contestant(config: Config, policy: str) -> Any:
-    """Return what flies for a policy."""
-    law = policy.removesuffix(TUNED)
-    if law not in baselines.names():
-        return policy
-    return BaselineContestant(law, "tuned" if policy.endswith(TUNED) else config.gains)
+    try:
+        return {policy: source_of(policy, scenario) for policy in policies}
+    except ValueError as error:
+        raise SystemExit(f"--policies: {error}") from None
 
 
 def contestants(config: Config) -> dict[str, Any]:
@@ -132,7 +116,7 @@ def contestants(config: Config) -> dict[str, Any]:
     tasks = [scenarios.get(name) for name in (config.scenario, *config.splits) if name in scenarios.names()]
     listed = paths(config.contenders, config.scenario)
     try:
-        found = {name: contestant(config, policy) for name, policy in listed.items()}
+        found = {name: contestant_of(policy, config.scenario, config.gains) for name, policy in listed.items()}
     except ValueError as error:
         raise SystemExit(f"--gains: {error}") from None
     for name in found:

@@ -78,16 +78,16 @@ def _flagship(summary: str, reported: Reported | None = None) -> About:
 
 
 def _rest(summary: str, flights: str, claims: str) -> About:
-    return About(summary, (REST,), Flown(REST, 30.0, 5.0), Reported(ZHANG_ZHOU, flights, claims))
+    return About(summary, (REST,), Flown(REST, 25.0, 5.0), Reported(ZHANG_ZHOU, flights, claims))
 
 
 def _turning(summary: str, flights: str, claims: str) -> About:
     scenarios = (TURNING, "zhang_zhou_2019", "zhang_zhou_2019_2nm")
-    return About(summary, scenarios, Flown(TURNING, 30.0, 5.0), Reported(ZHANG_ZHOU, flights, claims))
+    return About(summary, scenarios, Flown(TURNING, 25.0, 5.0), Reported(ZHANG_ZHOU, flights, claims))
 
 
-def _cao(summary: str, flights: str, claims: str | None) -> About:
-    return About(summary, (CAO,), Flown(CAO, 25.0, 5.0), Reported(CAO, flights, claims))
+def _cao(summary: str, flights: str, claims: str | None, duration: float = 20.0) -> About:
+    return About(summary, (CAO,), Flown(CAO, duration, 5.0), Reported(CAO, flights, claims))
 
 
 def _ma(summary: str, scenario: str, flights: str, claims: str) -> About:
@@ -95,11 +95,11 @@ def _ma(summary: str, scenario: str, flights: str, claims: str) -> About:
 
 
 def _chen(summary: str, flights: str, claims: str) -> About:
-    return About(summary, (CHEN,), Flown(CHEN, hold=5.0), Reported(CHEN, flights, claims))
+    return About(summary, (CHEN,), Flown(CHEN, 50.0, 5.0), Reported(CHEN, flights, claims))
 
 
 def _li(summary: str, flights: str, claims: str, *more: str) -> About:
-    return About(summary, (LI, *more), Flown(LI, 150.0, 5.0), Reported(LI, flights, claims))
+    return About(summary, (LI, *more), Flown(LI, 130.0, 5.0), Reported(LI, flights, claims))
 
 
 _ABOUT: dict[str, About] = {
@@ -168,9 +168,12 @@ _ABOUT: dict[str, About] = {
     "ptc_regularised_no_observer": _cao(f"The regularised law {BEFORE}", r"PTC h1 = 0\.5, regularised", "regularised"),
     "ptc_regularised_oracle": _cao(f"The regularised law {TRUTH}", "", None),
     "tsmc_class": _cao(
-        f"Terminal sliding mode of the family of Cao's comparator, with gains of ours, {BEFORE}", "TSMC-class.*", "TSMC"
+        f"Terminal sliding mode of the family of Cao's comparator, with gains of ours, {BEFORE}",
+        "TSMC-class.*",
+        "TSMC",
+        30.0,
     ),
-    "tsmc_class_oracle": _cao(f"The comparator's law {TRUTH}", "", None),
+    "tsmc_class_oracle": _cao(f"The comparator's law {TRUTH}", "", None, 30.0),
     "hsfc": _ma(
         "Hybrid control within a bound of the torque, as printed with the gains of section 5.1",
         "ma_2023_faulty",

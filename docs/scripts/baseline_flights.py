@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import hashlib
+import json
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from baseline_facts import Flown, about
 from baseline_figures import draw, rows_of
 
+import ftac_gym
 from ftac_gym import baselines, scenarios
 from ftac_gym.attitude import angle_between, quaternion_error, rotate_to_body
 from ftac_gym.baselines import tuned
@@ -38,8 +41,10 @@ class Result:
         Name of the scenario.
     duration
         How long was flown [s].
+    angle, rate
+        What counts as on target [deg, deg/s].
     hold
-        Length of the last part, which the final error is that of [s].
+        Length of the last part, by which the flight is judged [s].
     faults
         What was wrong, in words.
     metrics
@@ -49,6 +54,8 @@ class Result:
     gains: str
     scenario: str
     duration: float
+    angle: float
+    rate: float
     hold: float
     faults: str
     metrics: dict[str, float]
@@ -159,5 +166,45 @@ def result_of(scenario: str, gains: str, history: Rollout) -> Result:
     """Return what a page says of a flight."""
     metrics = episode_metrics(history)
     kept = {part: float(metrics[part][0]) for part in KEPT}
-    hold, faults = history.scenario.success.hold, faults_in_words(history.episodes, 0)
-    return Result(gains, scenario, history.scenario.duration, hold, faults, kept)
+    task, success = history.scenario, history.scenario.success
+    limits = np.degrees(success.angle), np.degrees(success.rate)
+    faults = faults_in_words(history.episodes, 0)
+    return Result(gains, scenario, task.duration, *map(float, limits), success.hold, faults, kept)
+
+
+def digest() -> str:
+    """Return a digest of the code and the gains that the flights follow from."""
+    package, scripts = Path(ftac_gym.__file__).parent, Path(__file__).parent
+    parts = ("baselines", "dynamics", "faults", "scenarios", "evaluation/plots")
+    files = [path for part in parts for path in (package / part).rglob("*") if path.suffix in (".py", ".json")]
+    files += [*package.glob("*.py"), *(package / "evaluation").glob("*.py"), *scripts.glob("baseline_f*.py")]
+    found = hashlib.sha256()
+    for path in sorted(files):
+        found.update(path.read_bytes())
+    return found.hexdigest()
+
+
+def results(folder: Path, kept: Path) -> dict[str, list[Result]]:
+    """Return the flights of all baselines by name; nothing is flown twice while the code stays as it is.
+
+    Parameters
+    ----------
+    folder
+        Where the figures go.
+    kept
+        File that keeps the results.
+    """
+    key = digest()
+    known = json.loads(kept.read_text(encoding="utf-8")) if kept.exists() else {}
+    if known.get("digest") != key:
+        known = {"digest": key, "flights": {}}
+    found = {}
+    for name in baselines.names():
+        flown = [Result(**item) for item in known["flights"].get(name, [])]
+        if not flown or not all((folder / picture(name, item.scenario)).exists() for item in flown):
+            flown = evaluate(name, folder)
+            known["flights"][name] = [asdict(item) for item in flown]
+            kept.parent.mkdir(parents=True, exist_ok=True)
+            kept.write_text(json.dumps(known), encoding="utf-8")
+        found[name] = flown
+    return found

@@ -9,7 +9,7 @@ from ftac_gym import baselines
 from ftac_gym.baselines.own import is_path
 from ftac_gym.evaluation.contestants import TUNED
 from ftac_gym.evaluation.designs import designs, shipped
-from ftac_gym.evaluation.rollout import BaselineContestant, resolve_policy
+from ftac_gym.evaluation.rollout import BaselineContestant
 from ftac_gym.parameters import require
 
 AGENT = "agent"
@@ -61,10 +61,10 @@ def contestant_of(policy: str, scenario: str = "flagship", gains: str = "default
     Raises
     ------
     ValueError
-        If the name is unknown, the baseline has no such gains, or the agent cannot be loaded.
+        If the name is unknown or the baseline has no such gains; agents are loaded when they fly.
     """
     source = source_of(policy, scenario)
     law = source.removesuffix(TUNED)
     if law in baselines.names() or is_path(law):
         return BaselineContestant(law, "tuned" if source.endswith(TUNED) else gains)
-    return resolve_policy(source)
+    return source

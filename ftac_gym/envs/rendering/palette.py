@@ -21,10 +21,10 @@ DEAD: Color = (235, 84, 60)
 GOOD: Color = (0, 190, 140)
 
 
-def dimmed(color: Color) -> Color:
-    """Return a color at half its brightness."""
-    red, green, blue = color
-    return (red // 2, green // 2, blue // 2)
+def dimmed(color: Color, share: float = 0.5) -> Color:
+    """Return a colour at a share of its brightness, in [0, 1]."""
+    red, green, blue = (int(share * part) for part in color)
+    return (red, green, blue)
 
 
 def health(effectiveness: float, faulty: bool) -> tuple[Color, str]:

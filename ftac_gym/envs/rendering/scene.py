@@ -108,7 +108,7 @@ class Scene:
             shade = 0.45 + 0.55 * max(light, 0.0)
             pixels, _ = self._camera.project(points)
             depth = float(middle @ self._camera.axes[2])
-            drawn.append((depth, pixels, tuple(int(part * shade) for part in color)))
+            drawn.append((depth, pixels, palette.dimmed(color, shade)))
         for _, pixels, color in sorted(drawn, key=lambda item: item[0]):
             self._pygame.draw.polygon(surface, color, pixels)
             self._pygame.draw.aalines(surface, palette.PANEL, True, pixels)

@@ -136,7 +136,7 @@ def _control(flights: Flights) -> list[Claim]:
         ),
         Claim(
             "sec. 4, Remark 5", "also a complete failure of a wheel is compensated",
-            f"slowed, wheel 1 dead from 10 s: 0.1 deg after {settled(dead)}, steady {dead.steady():.3f} deg",
+            f"slowed, wheel 0 dead from 10 s: 0.1 deg after {settled(dead)}, steady {dead.steady():.3f} deg",
             judge(False, dead.settling(0.1) < 60.0),
             f"one of four wheels; {_slowed(flights)}",
         ),

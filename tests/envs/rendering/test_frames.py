@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -56,7 +57,7 @@ def test_long_lists_of_faults_are_not_cut_off():
     scenario, snapshot = snapshot_of("flagship")
     words = tuple(f"wheel {wheel}: drifting effectiveness at {10 * wheel}.0 s" for wheel in range(4))
     frames = [Renderer(scenario, 320, 240).frame(replace(snapshot, faults=words[:count])) for count in range(5)]
-    for shorter, longer in zip(frames, frames[1:], strict=False):
+    for shorter, longer in pairwise(frames):
         assert (shorter != longer).any()
 
 

@@ -1,0 +1,83 @@
+"""Tables of a baseline's gains: default, tuned, and what they mean."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from docstring_parts import field_meanings
+from pages import markdown_table
+from scenario_facts import show
+
+from ftac_gym import baselines
+from ftac_gym.baselines import observers, tuned
+from ftac_gym.baselines.memory import Memory
+from ftac_gym.prescribed_bound import PrescribedBound
+from ftac_gym.scenario import Scenario
+
+HIDDEN = ("faults", "telemetry")
+"""Parameters that are no gains: the page says elsewhere what they choose."""
+
+
+def flat(gains: Mapping[str, Any]) -> dict[str, Any]:
+    """Return gains by their names, with those of parts as ``part.gain``; a part without gains is left out."""
+    found: dict[str, Any] = {}
+    for name, value in gains.items():
+        if isinstance(value, Mapping):
+            found |= {f"{name}.{inner}": item for inner, item in value.items()}
+        else:
+            found[name] = value
+    return found
+
+
+def meanings(name: str, scenario: Scenario) -> dict[str, str]:
+    """Return what each gain of a baseline means, those of its parts included."""
+    found = field_meanings(baselines.law(name))
+    parts: dict[str, type] = {"bound": PrescribedBound}
+    kind = baselines.defaults(name).get("faults")
+    if kind in observers.names():
+        parts["observer"] = type(observers.make(kind, scenario, Memory(1)))
+    for part, cls in parts.items():
+        found |= {f"{part}.{inner}": meaning for inner, meaning in field_meanings(cls).items()}
+    return found
+
+
+def table(name: str, scenario: Scenario) -> str:
+    """Return the gains of a baseline, default against tuned, as a table."""
+    known = meanings(name, scenario)
+    default = {key: value for key, value in flat(baselines.defaults(name)).items() if key not in HIDDEN}
+    found = flat(tuned.gains(name)) if name in tuned.names() else {}
+    # A part without gains of its own has those of its class, or of the scenario.
+    optional = ("observer", "bound")
+    rows = []
+    for key in [*default, *(key for key in found if key not in default)]:
+        if key in optional and default[key] is None:
+            continue
+        unset = "its own" if key.partition(".")[0] in optional else "off"
+        shown = [show(source[key]) if source.get(key) is not None else "" for source in (default, found)]
+        row = [f"`{key}`", shown[0] or unset, *([shown[1]] if found else []), known.get(key, "")]
+        rows.append(row)
+    return markdown_table(("gain", "default", *(("tuned",) if found else ()), "meaning"), rows)
+
+
+def provenance(name: str) -> str:
+    """Return where the tuned gains of a baseline come from, in words."""
+    if name not in tuned.names():
+        return "There are no tuned gains of this name."
+    source = tuned.record(name)["provenance"]
+    returns = source["fresh_mean_return"]
+    return (
+        f"The tuned gains come from {source['trials']} trials of {source['episodes']} episodes of `{source['scenario']}`"
+        f" at commit `{source['commit'][:10]}`, with `{source['command']}` ({source['sampler']}, seed"
+        f" {source['sampler_seed']}). On fresh episodes their mean return is {returns['tuned']:.4g}, that of the default"
+        f" gains {returns['default']:.4g}. An empty cell keeps the default."
+    )
+
+
+def schedulable(name: str) -> str:
+    """Return which gains may change in flight, in words."""
+    found = baselines.law(name).schedulable
+    if not found:
+        return "None of them can be scheduled by an agent."
+    ranges = ", ".join(f"`{gain}` ({low:.4g} to {high:.4g})" for gain, (low, high) in found.items())
+    return f"An agent may schedule these in flight, usually within the range given: {ranges}."
