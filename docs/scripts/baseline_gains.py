@@ -67,10 +67,10 @@ def provenance(name: str) -> str:
     source = tuned.record(name)["provenance"]
     returns = source["fresh_mean_return"]
     return (
-        f"The tuned gains come from {source['trials']} trials of {source['episodes']} episodes of `{source['scenario']}`"
-        f" at commit `{source['commit'][:10]}`, with `{source['command']}` ({source['sampler']}, seed"
-        f" {source['sampler_seed']}). On fresh episodes their mean return is {returns['tuned']:.4g}, that of the default"
-        f" gains {returns['default']:.4g}. An empty cell keeps the default."
+        f"The tuned gains come from {source['trials']} trials of {source['episodes']} episodes of"
+        f" `{source['scenario']}` at commit `{source['commit'][:10]}`, with `{source['command']}` ({source['sampler']},"
+        f" seed {source['sampler_seed']}). On fresh episodes their mean return is {returns['tuned']:.4g}, that of the"
+        f" default gains {returns['default']:.4g}. An empty cell keeps the default."
     )
 
 

@@ -126,9 +126,20 @@ def _flight(name: str, scenario: str, flown: list[Result]) -> str:
 def task_success(result: Result) -> str:
     """Return what counts as on target, in a sentence."""
     return (
-        f"On target is within {result.angle:.3g} deg and {result.rate:.3g} deg/s; success is to be there for the last"
-        f" {result.hold:g} s. Dotted lines are these limits, those of the torque, and the moments at which faults strike."
+        f"On target is within {result.angle:.3g} deg and {result.rate:.3g} deg/s, and success to be there for the last"
+        f" {result.hold:g} s. Dotted lines are these limits, those of the torque, and the moments at which faults"
+        f" strike."
     )
+
+
+def _snippet(name: str, scenario: str) -> str:
+    lines = [
+        "from ftac_gym.evaluation import rollout",
+        "",
+        f'history = rollout("{scenario}", "{name}", seed={SEED})',
+        'print(history.metrics()["final_error"])',
+    ]
+    return "\n".join(["```python", *lines, "```"])
 
 
 def page(name: str, family: str, flown: list[Result], source: Path) -> str:
@@ -136,10 +147,7 @@ def page(name: str, family: str, flown: list[Result], source: Path) -> str:
     known, law = about(name), baselines.law(name)
     scenario = known.flown.scenario
     blocks = [f"# {name}", f"{known.summary}.", _at_a_glance(name, known, family)]
-    blocks += [
-        f'```python\nfrom ftac_gym import baselines, scenarios\n\nlaw = baselines.make("{name}", scenarios.get("{scenario}"))\n```'
-    ]
-    blocks += ["## In flight"]
+    blocks += ["## In flight", _snippet(name, scenario)]
     for place in dict.fromkeys(item.scenario for item in flown):
         blocks += [_flight(name, place, [item for item in flown if item.scenario == place])]
     blocks += ["## What reproduces"]

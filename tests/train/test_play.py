@@ -1,5 +1,6 @@
 """Watching from the command line."""
 
+import importlib.util
 import subprocess
 import sys
 from pathlib import Path
@@ -35,3 +36,22 @@ def test_what_is_unknown_lists_what_is_known(tmp_path, words, told):
     for text in told:
         assert text in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_keys_of_the_window_break_wheels_and_film(tmp_path, monkeypatch):
+    pygame = pytest.importorskip("pygame")
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    spec = importlib.util.spec_from_file_location("play", PLAY)
+    module = importlib.util.module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, "play", module)
+    spec.loader.exec_module(module)
+    config = module.Config(policy="pd", fault=("none",), width=640, height=480, films=tmp_path)
+    session = module.begin(config)
+    keys = [pygame.K_v, pygame.K_TAB, pygame.K_1, pygame.K_RIGHT, pygame.K_z, pygame.K_v, pygame.K_q]
+    waiting = [pygame.event.Event(pygame.KEYDOWN, key=key, mod=0) for key in keys]
+    monkeypatch.setattr(module.Window, "events", lambda window: [waiting.pop(0)] if waiting else [])
+    module.watch(config, session)
+    assert session.flights[0].snapshot().faults[0].startswith("wheel 1: drifting effectiveness at")
+    assert session.paused and not waiting
+    films = list(tmp_path.glob("*.mp4"))
+    assert len(films) == 1 and films[0].read_bytes()[4:8] == b"ftyp"
