@@ -68,12 +68,11 @@ def plain(text: str) -> str:
     return re.sub(r"([*_`^~\[\]<>$])", r"\\\1", text)
 
 
-def verdicts_in_words(rows: list[tuple[str, ...]]) -> str:
-    """Return how many claims have which verdict."""
+def verdicts_in_words(rows: list[tuple[str, ...]], total: int) -> str:
+    """Return how many claims, of all that a paper makes, have which verdict."""
     counts = Counter(row[3] for row in rows)
     words = [f"{counts[verdict]} {verdict}" for verdict in VERDICTS if counts[verdict]]
-    several = "claims have" if len(rows) > 1 else "claim has"
-    return f"{len(rows)} {several} to do with it: {', '.join(words)}"
+    return f"Of the {total} claims of the paper, {len(rows)} speak of it or are judged by it: {', '.join(words)}"
 
 
 def reproduction(reported: Reported, source: Path) -> str:
@@ -93,7 +92,7 @@ def reproduction(reported: Reported, source: Path) -> str:
     rows = claims_about(claims, reported.claims) if reported.claims else []
     if rows:
         link = f"[report](../../{path}#{claims.anchor})"
-        blocks += [f"{verdicts_in_words(rows)}. The numbers behind the verdicts are in the {link}."]
+        blocks += [f"{verdicts_in_words(rows, len(claims.rows))}. The numbers behind the verdicts are in the {link}."]
         table = [(plain(row[0]), plain(row[1]), row[3], plain(row[4])) for row in rows]
         blocks += [markdown_table(("where", "claim", "verdict", "assumption or reason"), table)]
     schemes = next(section for section in found if section.title.startswith("All schemes"))

@@ -78,12 +78,12 @@ def _flagship(summary: str, reported: Reported | None = None) -> About:
 
 
 def _rest(summary: str, flights: str, claims: str) -> About:
-    return About(summary, (REST,), Flown(REST, 25.0, 5.0), Reported(ZHANG_ZHOU, flights, claims))
+    return About(summary, (REST,), Flown(REST, 22.0, 5.0), Reported(ZHANG_ZHOU, flights, claims))
 
 
 def _turning(summary: str, flights: str, claims: str) -> About:
     scenarios = (TURNING, "zhang_zhou_2019", "zhang_zhou_2019_2nm")
-    return About(summary, scenarios, Flown(TURNING, 25.0, 5.0), Reported(ZHANG_ZHOU, flights, claims))
+    return About(summary, scenarios, Flown(TURNING, 22.0, 5.0), Reported(ZHANG_ZHOU, flights, claims))
 
 
 def _cao(summary: str, flights: str, claims: str | None, duration: float = 20.0) -> About:
@@ -95,11 +95,11 @@ def _ma(summary: str, scenario: str, flights: str, claims: str) -> About:
 
 
 def _chen(summary: str, flights: str, claims: str) -> About:
-    return About(summary, (CHEN,), Flown(CHEN, 50.0, 5.0), Reported(CHEN, flights, claims))
+    return About(summary, (CHEN,), Flown(CHEN, 45.0, 5.0), Reported(CHEN, flights, claims))
 
 
 def _li(summary: str, flights: str, claims: str, *more: str) -> About:
-    return About(summary, (LI, *more), Flown(LI, 130.0, 5.0), Reported(LI, flights, claims))
+    return About(summary, (LI, *more), Flown(LI, 125.0, 5.0), Reported(LI, flights, claims))
 
 
 _ABOUT: dict[str, About] = {
@@ -148,10 +148,14 @@ _ABOUT: dict[str, About] = {
     ),
     "ptc": _cao(
         "Predefined-time control on the effectiveness that `lo_corrected` finds, with an exponent that can be flown",
-        r"PTC(, (LO|ASMO|sign|layer|5 N m|unlimited).*|, struck in the slew)?|turning, LO corrected",
+        r"PTC(, (LO|ASMO|sign|layer).*|, struck in the slew)?|turning, LO corrected",
         r"h1 = 0\.25|corrected|h1 = 0\.5 asks",
     ),
-    "ptc_no_observer": _cao(f"The usable law {BEFORE}", r".*E\^ = I(?<!h1 = 0\.5, E\^ = I)", r"E\^ = I"),
+    "ptc_no_observer": _cao(
+        f"The usable law {BEFORE}",
+        r"PTC, (.*E\^ = I|5 N m|unlimited)|PTC h1 = 0\.5, 5 N m|turning, E\^ = I",
+        r"E\^ = I|unlimited",
+    ),
     "ptc_oracle": _cao(f"The usable law {TRUTH}", "PTC.*oracle|turning, oracle", "oracle|exact"),
     "ptc_printed": _cao(
         "Predefined-time control with the exponent, the observer and the division of the paper",
@@ -162,10 +166,10 @@ _ABOUT: dict[str, About] = {
     "ptc_printed_oracle": _cao(f"The printed law {TRUTH}", "", None),
     "ptc_regularised": _cao(
         "The exponent of the paper with the smallest change that makes it a controller, on what `lo_corrected` finds",
-        "",
-        None,
+        r"PTC h1 = 0\.5, regularised",
+        "regularised",
     ),
-    "ptc_regularised_no_observer": _cao(f"The regularised law {BEFORE}", r"PTC h1 = 0\.5, regularised", "regularised"),
+    "ptc_regularised_no_observer": _cao(f"The regularised law {BEFORE}", "", None),
     "ptc_regularised_oracle": _cao(f"The regularised law {TRUTH}", "", None),
     "tsmc_class": _cao(
         f"Terminal sliding mode of the family of Cao's comparator, with gains of ours, {BEFORE}",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -27,6 +28,9 @@ LABELS = {
 """What is drawn below the errors, with its label."""
 WIDTH, PANEL, LINE, BOTTOM, GAP, LEFT, RIGHT = 8.6, 1.15, 0.16, 0.78, 0.3, 0.85, 0.15
 """Sizes [in] of the figure, of a panel, of a line of the title, and of the room about the panels."""
+
+BOX: dict[str, Any] = {"framealpha": 0.8, "edgecolor": "none", "borderpad": 0.2}
+"""What is behind a legend within a panel."""
 
 
 def rows_of(estimates: EstimateHistory, takes_torques: bool) -> list[str]:
@@ -63,7 +67,7 @@ def draw(flights: Mapping[str, Flight], rows: list[str]) -> Figure:
     figure = Figure(figsize=(WIDTH, height), facecolor="white")
     # Placed by hand: matplotlib's own layouts take longer than the flights.
     room = {"left": LEFT / WIDTH, "right": 1.0 - RIGHT / WIDTH, "bottom": BOTTOM / height, "top": 1.0 - top / height}
-    grid = figure.add_gridspec(count, columns, hspace=GAP / PANEL, wspace=0.06, **room)
+    grid = figure.add_gridspec(count, columns, hspace=GAP / PANEL, wspace=0.1, **room)
     panels = [figure.add_subplot(grid[row, :]) for row in range(2)]
     _errors(panels, flights)
     for row, part in enumerate(rows):
@@ -109,7 +113,7 @@ def _errors(panels: list[Axes], flights: Mapping[str, Flight]) -> None:
     panels[0].tick_params(labelbottom=False)
     panels[1].tick_params(labelbottom=len(flights) > 1)
     if len(flights) > 1:
-        panels[0].legend(loc="upper right", fontsize=8.5, frameon=False, ncols=2, handlelength=2.8)
+        panels[0].legend(loc="upper right", fontsize=8.5, ncols=2, handlelength=2.8, **BOX)
 
 
 def _part(panel: Axes, part: str, flight: Flight) -> None:
@@ -124,7 +128,7 @@ def _part(panel: Axes, part: str, flight: Flight) -> None:
     if part in ("unexplained", "vibration"):
         # The colours of the first wheels stand for axes here, which the panel has to say itself.
         axes = [Line2D([], [], color=stroke(axis).color, label="xyz"[axis]) for axis in range(3)]
-        panel.legend(handles=axes, loc="upper right", fontsize=7.5, frameon=False, ncols=3, handlelength=1.2)
+        panel.legend(handles=axes, loc="upper right", fontsize=7.5, ncols=3, handlelength=1.2, **BOX)
 
 
 def _pair(part: str, flight: Flight) -> tuple[FloatArray, FloatArray]:

@@ -21,7 +21,7 @@ from ftac_gym.evaluation.metrics import episode_metrics
 from ftac_gym.evaluation.plots import EstimateHistory, faults_in_words
 from ftac_gym.evaluation.rollout import Rollout
 from ftac_gym.parameters import FloatArray
-from ftac_gym.scenario import Scenario
+from ftac_gym.scenario import Scenario, success_steps
 
 SEED = 3
 """Of every flight: on the flagship a wheel gets a bias when a good law has long been on target."""
@@ -49,6 +49,8 @@ class Result:
         What was wrong, in words.
     metrics
         Those of :data:`KEPT`, by name.
+    error, rate_error
+        The largest errors of the last part [deg, deg/s].
     """
 
     gains: str
@@ -59,6 +61,8 @@ class Result:
     hold: float
     faults: str
     metrics: dict[str, float]
+    error: float
+    rate_error: float
 
 
 def task(flown: Flown) -> Scenario:
@@ -121,7 +125,7 @@ def _rollout(scenario: Scenario, drawn: Episodes, kept: dict[str, FloatArray]) -
     return Rollout(
         scenario=scenario,
         episodes=drawn,
-        time=np.arange(scenario.horizon + 1) * scenario.control_period,
+        time=np.arange(scenario.horizon + 1, dtype=np.float64) * scenario.control_period,
         attitude_error=angle_between(kept["attitude"], kept["reference_attitude"]),
         rate_error=np.linalg.norm(rate_error, axis=2),
         applied_torque=-np.diff(kept["wheel_momentum"], axis=0) / scenario.control_period,
@@ -166,10 +170,20 @@ def result_of(scenario: str, gains: str, history: Rollout) -> Result:
     """Return what a page says of a flight."""
     metrics = episode_metrics(history)
     kept = {part: float(metrics[part][0]) for part in KEPT}
-    task, success = history.scenario, history.scenario.success
-    limits = np.degrees(success.angle), np.degrees(success.rate)
-    faults = faults_in_words(history.episodes, 0)
-    return Result(gains, scenario, task.duration, *map(float, limits), success.hold, faults, kept)
+    success, faults = history.scenario.success, faults_in_words(history.episodes, 0)
+    last = success_steps(history.scenario)
+    return Result(
+        gains=gains,
+        scenario=scenario,
+        duration=history.scenario.duration,
+        angle=float(np.degrees(success.angle)),
+        rate=float(np.degrees(success.rate)),
+        hold=success.hold,
+        faults=faults,
+        metrics=kept,
+        error=float(np.degrees(history.attitude_error[-last:].max())),
+        rate_error=float(np.degrees(history.rate_error[-last:].max())),
+    )
 
 
 def digest() -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping
 from typing import Any
 
@@ -30,21 +31,32 @@ def flat(gains: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
-def meanings(name: str, scenario: Scenario) -> dict[str, str]:
-    """Return what each gain of a baseline means, those of its parts included."""
-    found = field_meanings(baselines.law(name))
-    parts: dict[str, type] = {"bound": PrescribedBound}
+def _types(cls: type) -> dict[str, str]:
+    """Return the types of the parameters of a class, those that it hands on included."""
+    found: dict[str, str] = {}
+    for base in reversed(cls.__mro__):
+        if base is not object:
+            parameters = inspect.signature(base.__init__).parameters.values()  # type: ignore[misc]
+            found |= {item.name: str(item.annotation) for item in parameters}
+    return found
+
+
+def described(name: str, scenario: Scenario) -> dict[str, tuple[str, str]]:
+    """Return the type of each gain of a baseline and what it means, those of its parts included."""
+    parts: dict[str, type] = {"": baselines.law(name), "bound.": PrescribedBound}
     kind = baselines.defaults(name).get("faults")
     if kind in observers.names():
-        parts["observer"] = type(observers.make(kind, scenario, Memory(1)))
+        parts["observer."] = type(observers.make(kind, scenario, Memory(1)))
+    found = {}
     for part, cls in parts.items():
-        found |= {f"{part}.{inner}": meaning for inner, meaning in field_meanings(cls).items()}
+        types = _types(cls)
+        found |= {part + gain: (types.get(gain, ""), meaning) for gain, meaning in field_meanings(cls).items()}
     return found
 
 
 def table(name: str, scenario: Scenario) -> str:
     """Return the gains of a baseline, default against tuned, as a table."""
-    known = meanings(name, scenario)
+    known = described(name, scenario)
     default = {key: value for key, value in flat(baselines.defaults(name)).items() if key not in HIDDEN}
     found = flat(tuned.gains(name)) if name in tuned.names() else {}
     # A part without gains of its own has those of its class, or of the scenario.
@@ -55,9 +67,9 @@ def table(name: str, scenario: Scenario) -> str:
             continue
         unset = "its own" if key.partition(".")[0] in optional else "off"
         shown = [show(source[key]) if source.get(key) is not None else "" for source in (default, found)]
-        row = [f"`{key}`", shown[0] or unset, *([shown[1]] if found else []), known.get(key, "")]
-        rows.append(row)
-    return markdown_table(("gain", "default", *(("tuned",) if found else ()), "meaning"), rows)
+        kind, meaning = known.get(key, ("", ""))
+        rows.append([f"`{key}`", f"`{kind}`" if kind else "", shown[0] or unset, *shown[1 : 1 + bool(found)], meaning])
+    return markdown_table(("gain", "type", "default", *(("tuned",) if found else ()), "meaning"), rows)
 
 
 def provenance(name: str) -> str:

@@ -11,6 +11,7 @@ from baseline_claims import reproduction
 from baseline_facts import About, about
 from baseline_flights import SEED, Result, picture, results, task
 from baseline_gains import provenance, schedulable, table
+from docstring_parts import document, to_markdown
 from pages import markdown_table, remove_strangers, write_if_changed
 
 import ftac_gym
@@ -26,6 +27,10 @@ OWN_SOURCES = {
     "HSFC": "nowhere: it counts on a bound of the loss",
 }
 """Where laws without an observer of the registry have what they know of faults from."""
+
+
+LOST = 10.0
+"""From this final error on a flight has not come to its target at all [deg]."""
 
 
 def families(source: Path) -> dict[str, str]:
@@ -95,9 +100,13 @@ def outcome(result: Result) -> str:
     final = f"{metrics['final_error']:.2g} deg off (root mean square of the last {result.hold:g} s)"
     if metrics["success"] > 0.0:
         return f"{gains} is on target to stay from {metrics['settling_time']:.1f} s on, and ends {final}: a success."
-    if metrics["final_error"] > 10.0:
-        return f"{gains} is lost: it ends {final}."
-    return f"{gains} fails: it is not on target throughout the last {result.hold:g} s, and ends {final}."
+    if metrics["final_error"] > LOST:
+        return f"{gains} is lost: it ends {metrics['final_error']:.0f} deg off."
+    if result.error < result.angle:
+        return (
+            f"{gains} points well, {final}, but too restlessly: its rate error reaches {result.rate_error:.2g} deg/s."
+        )
+    return f"{gains} fails: in the last {result.hold:g} s it is up to {result.error:.2g} deg off."
 
 
 def _flight(name: str, scenario: str, flown: list[Result]) -> str:
@@ -111,11 +120,11 @@ def _flight(name: str, scenario: str, flown: list[Result]) -> str:
         when = f"{settled:.1f} s" if settled < item.duration else "never"
         cells = [f"{metrics['final_error']:.3g}", f"{100.0 * metrics['saturation']:.0f} %", f"{metrics['chatter']:.3g}"]
         rows.append((item.gains, "yes" if metrics["success"] > 0.0 else "no", when, *cells))
-    about_it = f"`{name}` on `{scenario}`: errors, wheel torques, and what it believes of the faults"
+    about_it = f"{name} on {scenario}: errors, wheel torques, and what it believes of the faults"
     return "\n\n".join(
         [
             f"### On `{scenario}`",
-            f"{first.duration:g} s of {in_words(scenario)}, seed {SEED}. Faults: {first.faults}. {fine}",
+            f"The first {first.duration:g} s of {in_words(scenario)}, seed {SEED}. Faults: {first.faults}. {fine}",
             " ".join(outcome(item) for item in flown),
             f"```{{image}} {picture(name, scenario)}\n:alt: {about_it}\n```",
             markdown_table(header, rows).strip(),
@@ -142,6 +151,11 @@ def _snippet(name: str, scenario: str) -> str:
     return "\n".join(["```python", *lines, "```"])
 
 
+def head(law: type[baselines.Baseline]) -> str:
+    """Return the docstring of a class as Markdown, up to its parameters, which the table of gains has."""
+    return to_markdown(re.split(r"^Parameters\n-+$", document(law), flags=re.M)[0]).strip()
+
+
 def page(name: str, family: str, flown: list[Result], source: Path) -> str:
     """Return the page of a baseline."""
     known, law = about(name), baselines.law(name)
@@ -154,17 +168,15 @@ def page(name: str, family: str, flown: list[Result], source: Path) -> str:
     said = reproduction(known.reported, source) if known.reported else ""
     blocks += [said or "No claim of a paper is about this variant, and no flight of the reports is its own."]
     blocks += ["## Gains", table(name, task(known.flown)), provenance(name), schedulable(name)]
-    blocks += [
-        "## Class",
-        f"```{{eval-rst}}\n.. autoclass:: {law.__module__}.{law.__name__}\n   :no-members:\n   :no-index:\n```",
-    ]
+    path = f"{law.__module__}.{law.__name__}"
+    blocks += ["## Class", f"{{py:class}}`{path}` says of itself:", head(law)]
     return "\n\n".join(block.strip() for block in blocks) + "\n"
 
 
 def index(pages: dict[str, str], flown: dict[str, list[Result]]) -> str:
     """Return the table of all baselines, which ``baselines/README.md`` includes."""
     rows = []
-    for name, family in sorted(pages.items(), key=lambda item: (item[1], item[0])):
+    for name, _ in sorted(pages.items(), key=lambda item: (item[1], item[0])):
         known = about(name)
         made = baselines.make(name, task(known.flown))
         best = flown[name][-1]
@@ -172,13 +184,12 @@ def index(pages: dict[str, str], flown: dict[str, list[Result]]) -> str:
         rows.append(
             (
                 f"[`{name}`](generated/{name}.md)",
-                f"[{family}]({family}.md)",
                 made.information,
                 ", ".join(f"`{item}`" for item in known.made_for),
                 f"{ends} ({best.gains}, `{best.scenario}`)",
             )
         )
-    return markdown_table(("name", "equations", "information", "made for", "ends its flight"), rows)
+    return markdown_table(("name", "information", "made for", "ends its flight"), rows)
 
 
 def write(source: Path) -> None:
