@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from docstring_parts import field_meanings
@@ -31,26 +32,49 @@ def flat(gains: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
-def _types(cls: type) -> dict[str, str]:
-    """Return the types of the parameters of a class, those that it hands on included."""
-    found: dict[str, str] = {}
+@dataclass(frozen=True)
+class Described:
+    """What the code says of a parameter.
+
+    Parameters
+    ----------
+    kind
+        Its type.
+    default
+        Its default, in words.
+    meaning
+        What it means, with its unit.
+    """
+
+    kind: str = ""
+    default: str = ""
+    meaning: str = ""
+
+
+def _parameters(cls: type) -> dict[str, inspect.Parameter]:
+    """Return the parameters of a class, those that it hands on included."""
+    found: dict[str, inspect.Parameter] = {}
     for base in reversed(cls.__mro__):
         if base is not object:
-            parameters = inspect.signature(base.__init__).parameters.values()  # type: ignore[misc]
-            found |= {item.name: str(item.annotation) for item in parameters}
+            found |= inspect.signature(base.__init__).parameters  # type: ignore[misc]
     return found
 
 
-def described(name: str, scenario: Scenario) -> dict[str, tuple[str, str]]:
-    """Return the type of each gain of a baseline and what it means, those of its parts included."""
+def described(name: str, scenario: Scenario) -> dict[str, Described]:
+    """Return what the code says of each gain of a baseline, those of its parts included."""
     parts: dict[str, type] = {"": baselines.law(name), "bound.": PrescribedBound}
     kind = baselines.defaults(name).get("faults")
     if kind in observers.names():
         parts["observer."] = type(observers.make(kind, scenario, Memory(1)))
-    found = {}
+    found: dict[str, Described] = {}
     for part, cls in parts.items():
-        types = _types(cls)
-        found |= {part + gain: (types.get(gain, ""), meaning) for gain, meaning in field_meanings(cls).items()}
+        known = _parameters(cls)
+        for gain, meaning in field_meanings(cls).items():
+            if gain in known:
+                item = known[gain]
+                # A scenario may prescribe other bounds than those of the class.
+                fixed = item.default not in (item.empty, None) and part != "bound."
+                found[part + gain] = Described(str(item.annotation), show(item.default) if fixed else "", meaning)
     return found
 
 
@@ -67,8 +91,9 @@ def table(name: str, scenario: Scenario) -> str:
             continue
         unset = "its own" if key.partition(".")[0] in optional else "off"
         shown = [show(source[key]) if source.get(key) is not None else "" for source in (default, found)]
-        kind, meaning = known.get(key, ("", ""))
-        rows.append([f"`{key}`", f"`{kind}`" if kind else "", shown[0] or unset, *shown[1 : 1 + bool(found)], meaning])
+        item = known.get(key, Described())
+        first = shown[0] or (item.default if key not in default else "") or unset
+        rows.append([f"`{key}`", f"`{item.kind}`", first, *shown[1 : 1 + bool(found)], item.meaning])
     return markdown_table(("gain", "type", "default", *(("tuned",) if found else ()), "meaning"), rows)
 
 
