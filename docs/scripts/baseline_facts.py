@@ -78,7 +78,7 @@ def _flagship(summary: str, reported: Reported | None = None) -> About:
 
 
 def _rest(summary: str, flights: str, claims: str) -> About:
-    return About(summary, (REST,), Flown(REST, 22.0, 5.0), Reported(ZHANG_ZHOU, flights, claims))
+    return About(summary, (REST,), Flown(REST, 20.0, 5.0), Reported(ZHANG_ZHOU, flights, claims))
 
 
 def _turning(summary: str, flights: str, claims: str) -> About:
@@ -86,38 +86,40 @@ def _turning(summary: str, flights: str, claims: str) -> About:
     return About(summary, scenarios, Flown(TURNING, 22.0, 5.0), Reported(ZHANG_ZHOU, flights, claims))
 
 
-def _cao(summary: str, flights: str, claims: str | None, duration: float = 20.0) -> About:
+def _cao(summary: str, flights: str, claims: str | None, duration: float = 16.0) -> About:
     return About(summary, (CAO,), Flown(CAO, duration, 5.0), Reported(CAO, flights, claims))
 
 
 def _ma(summary: str, scenario: str, flights: str, claims: str) -> About:
-    return About(summary, (scenario,), Flown(scenario, 30.0, 5.0), Reported(MA, flights, claims))
+    return About(summary, (scenario,), Flown(scenario, 20.0, 5.0), Reported(MA, flights, claims))
 
 
 def _chen(summary: str, flights: str, claims: str) -> About:
-    return About(summary, (CHEN,), Flown(CHEN, 45.0, 5.0), Reported(CHEN, flights, claims))
+    return About(summary, (CHEN,), Flown(CHEN, 40.0, 5.0), Reported(CHEN, flights, claims))
 
 
 def _li(summary: str, flights: str, claims: str, *more: str) -> About:
-    return About(summary, (LI, *more), Flown(LI, 125.0, 5.0), Reported(LI, flights, claims))
+    return About(summary, (LI, *more), Flown(LI, 135.0, 5.0), Reported(LI, flights, claims))
 
 
 _ABOUT: dict[str, About] = {
     "pd": _flagship("Proportional-derivative control with a braking profile, which knows nothing of faults"),
     "pd_dob": _flagship(
-        "The same PD control less the torque that a disturbance observer sees: the base of the shipped residual agents",
+        "The law of `pd` less the torque that a disturbance observer sees: the base of the shipped residual agents",
         Reported(LI, "pd_dob", "pd_dob"),
     ),
     "nftsm": _flagship(f"Non-singular fast terminal sliding mode for a sampled craft, {BEFORE}"),
-    "nftsm_observer": _flagship("The same law on the effectiveness and bias that the observer `asmo` finds"),
-    "nftsm_telemetry": _flagship("The same law on the bias that the tachometer of each wheel shows"),
-    "nftsm_oracle": _flagship(f"The same law {TRUTH}"),
+    "nftsm_observer": _flagship("The law of `nftsm` on the effectiveness and bias that the observer `asmo` finds"),
+    "nftsm_telemetry": _flagship("The law of `nftsm` on the bias that the tachometer of each wheel shows"),
+    "nftsm_oracle": _flagship(f"The law of `nftsm` {TRUTH}"),
     "predefined_time": _flagship(f"Predefined-time sliding mode for a sampled craft, {BEFORE}"),
     "predefined_time_observer": _flagship(
-        "The same law on the effectiveness and the unexplained torque that the observer `lo_corrected` finds"
+        "The law of `predefined_time` on the effectiveness and the unexplained torque that `lo_corrected` finds"
     ),
-    "predefined_time_telemetry": _flagship("The same law on the bias that the tachometer of each wheel shows"),
-    "predefined_time_oracle": _flagship(f"The same law {TRUTH}"),
+    "predefined_time_telemetry": _flagship(
+        "The law of `predefined_time` on the bias that the tachometer of each wheel shows"
+    ),
+    "predefined_time_oracle": _flagship(f"The law of `predefined_time` {TRUTH}"),
     "prescribed_performance": _flagship(
         "Prescribed performance for a sampled craft, with bounds that its wheels can follow",
         Reported(CHEN, "prescribed performance", None),
@@ -185,13 +187,13 @@ _ABOUT: dict[str, About] = {
         "printed|gains of 5.1",
     ),
     "hsfc_componentwise": _ma(
-        r"The same with |u1_i| in the term that answers faults, and a bound on the loss that holds",
+        "HSFC with |u1_i| in the term that answers faults, and a bound on the loss that holds",
         "ma_2023_faulty",
         r"5\.1, \|u1_i\|, g0 = 0\.6.*",
         r"\|u1_i\|",
     ),
     "hsfc_floor": _ma(
-        "The same with the gains of section 5.2 and a floor under the adaptive gain",
+        "HSFC with the gains of section 5.2 and a floor under the adaptive gain",
         "ma_2023_unwinding",
         r"5\.[12], floor.*",
         "floor",
@@ -209,7 +211,10 @@ _ABOUT: dict[str, About] = {
         r"SHOPD\+",
     ),
     "shopd_plus_zero_filter": _ma(
-        "The same with the filter started at zero", "ma_2023_unwinding", r"5\.[12], SHOPD\+, q_c = 0.*", "q_c = 0"
+        "The law of `shopd_plus` with its filter started at zero",
+        "ma_2023_unwinding",
+        r"5\.[12], SHOPD\+, q_c = 0.*",
+        "q_c = 0",
     ),
     "chen_m1": _chen(
         "Prescribed performance with command filter and adaptive fuzzy system, as printed",
@@ -217,7 +222,9 @@ _ABOUT: dict[str, About] = {
         r"\bM1\b(?! sampled)",
     ),
     "chen_m1_sampled": _chen(
-        "The same without what a hold of 0.05 to 0.2 s cannot bear", "M1 sampled", "M1 sampled|M1 without filter"
+        "The law of `chen_m1` without what a hold of 0.05 to 0.2 s cannot bear",
+        "M1 sampled",
+        "M1 sampled|M1 without filter",
     ),
     "chen_m2": _chen("Backstepping with an adaptive fuzzy system, comparator of Chen et al.", "M2.*", r"\bM2\b"),
     "chen_m3": _chen(
@@ -226,7 +233,7 @@ _ABOUT: dict[str, About] = {
         r"\bM3\b",
     ),
     "chen_m3_scaled": _chen(
-        "The same with two gains for a body of this size", "M3 scaled.*", "M3 scaled|scaled M3|scaled gains"
+        "The law of `chen_m3` with two gains for a body of this size", "M3 scaled.*", "M3 scaled|scaled M3|scaled gains"
     ),
     "fuzzy_smc": _li(
         "Fuzzy sliding mode on the torques of faults and vibration that `fafeo` finds, with the published gains",
@@ -234,19 +241,21 @@ _ABOUT: dict[str, About] = {
         "FASMC|observer|fuzzy|gamma|model|estimated",
     ),
     "fuzzy_smc_solved": _li(
-        "The same with gains solved for this craft, and always the short way round",
+        "The law of `fuzzy_smc` with gains solved for the craft, and always the short way round",
         "FASMC solved",
         "solving says|Theorem [12] gamma",
         "flexible",
     ),
     "fuzzy_smc_ilo_class": _li(
-        "The same controller on an iterative learning observer, which knows nothing of the appendages",
+        "The law of `fuzzy_smc` on an iterative learning observer, which knows nothing of the appendages",
         "FASMC with ILO-class",
         "ILO",
     ),
     "fuzzy_pd": _li("PD control on the observer `fafeo`, comparator of Li et al.", "PD(?! gyroscopic).*", r"\bPD\b"),
     "fuzzy_pd_gyroscopic": _li(
-        "The same, but for the gyroscopic torque alone instead of what is printed", "PD gyroscopic.*", "PD gyroscopic"
+        "The law of `fuzzy_pd`, but with the gyroscopic torque alone instead of all that is printed",
+        "PD gyroscopic.*",
+        "PD gyroscopic",
     ),
     "aismc": _li("Adaptive integral sliding mode, comparator of Li et al.", "AISMC.*", "AISMC"),
     "raftsmc_class": _li(

@@ -26,8 +26,9 @@ LABELS = {
     "vibration": "torque of the\nmodes [N m]",
 }
 """What is drawn below the errors, with its label."""
-WIDTH, PANEL, LINE, BOTTOM, GAP, LEFT, RIGHT = 8.6, 1.15, 0.16, 0.78, 0.3, 0.85, 0.15
-"""Sizes [in] of the figure, of a panel, of a line of the title, and of the room about the panels."""
+WIDTH, PANEL, LINE, BOTTOM, GAP, LEFT, RIGHT, LABEL = 8.6, 1.15, 0.16, 0.78, 0.3, 0.85, 0.15, 0.45
+"""Sizes [in] of the figure, of a panel, of a line of the title, of the room about the panels, and of that
+between a panel and its label."""
 
 BOX: dict[str, Any] = {"framealpha": 0.8, "edgecolor": "none", "borderpad": 0.2}
 """What is behind a legend within a panel."""
@@ -89,7 +90,9 @@ def draw(flights: Mapping[str, Flight], rows: list[str]) -> Figure:
         panel.set_xlim(0.0, first.time[-1])
     panels[0].set_title(title, fontsize=9.5, color=INK, loc="left")
     figure.legend(handles=_key(first, rows), loc="lower center", ncols=8, fontsize=8.5, frameon=False, handlelength=2.4)
-    figure.align_ylabels(panels)
+    for panel in panels:
+        # As align_ylabels would, which measures every tick of every panel anew for each of them.
+        panel.yaxis.set_label_coords(-LABEL / (WIDTH * panel.get_position().width), 0.5)
     return figure
 
 

@@ -89,7 +89,7 @@ def table(name: str, scenario: Scenario) -> str:
     for key in [*default, *(key for key in found if key not in default)]:
         if key in optional and default[key] is None:
             continue
-        unset = "its own" if key.partition(".")[0] in optional else "off"
+        unset = "its own" if key.partition(".")[0] in optional else "`None`"
         shown = [show(source[key]) if source.get(key) is not None else "" for source in (default, found)]
         item = known.get(key, Described())
         first = shown[0] or (item.default if key not in default else "") or unset

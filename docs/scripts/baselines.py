@@ -15,7 +15,7 @@ from docstring_parts import document, to_markdown
 from pages import markdown_table, remove_strangers, write_if_changed
 
 import ftac_gym
-from ftac_gym import baselines
+from ftac_gym import baselines, scenarios
 from ftac_gym.baselines import observers, tuned
 from ftac_gym.parameters import require
 
@@ -106,7 +106,15 @@ def outcome(result: Result) -> str:
         return (
             f"{gains} points well, {final}, but too restlessly: its rate error reaches {result.rate_error:.2g} deg/s."
         )
-    return f"{gains} fails: in the last {result.hold:g} s it is up to {result.error:.2g} deg off."
+    # A flight that was cut short may yet arrive.
+    cut = result.duration < scenarios.get(result.scenario).duration
+    failed = f"is not on target after {result.duration:g} s" if cut else "fails"
+    return f"{gains} {failed}: in the last {result.hold:g} s it is up to {result.error:.3g} deg off."
+
+
+def _length(result: Result) -> str:
+    whole = scenarios.get(result.scenario).duration
+    return f"{whole:g} s" if result.duration >= whole else f"The first {result.duration:g} of {whole:g} s"
 
 
 def _flight(name: str, scenario: str, flown: list[Result]) -> str:
@@ -124,7 +132,7 @@ def _flight(name: str, scenario: str, flown: list[Result]) -> str:
     return "\n\n".join(
         [
             f"### On `{scenario}`",
-            f"The first {first.duration:g} s of {in_words(scenario)}, seed {SEED}. Faults: {first.faults}. {fine}",
+            f"{_length(first)} of {in_words(scenario)}, seed {SEED}. Faults: {first.faults}. {fine}",
             " ".join(outcome(item) for item in flown),
             f"```{{image}} {picture(name, scenario)}\n:alt: {about_it}\n```",
             markdown_table(header, rows).strip(),
@@ -180,16 +188,16 @@ def index(pages: dict[str, str], flown: dict[str, list[Result]]) -> str:
         known = about(name)
         made = baselines.make(name, task(known.flown))
         best = flown[name][-1]
-        ends = f"{best.metrics['final_error']:.2g} deg, {'success' if best.metrics['success'] > 0.0 else 'no success'}"
+        ends = f"{'success' if best.metrics['success'] > 0.0 else 'no success'}, {best.metrics['final_error']:.2g} deg"
         rows.append(
             (
                 f"[`{name}`](generated/{name}.md)",
                 made.information,
                 ", ".join(f"`{item}`" for item in known.made_for),
-                f"{ends} ({best.gains}, `{best.scenario}`)",
+                ends,
             )
         )
-    return markdown_table(("name", "information", "made for", "ends its flight"), rows)
+    return markdown_table(("name", "information", "made for", "its flight ends"), rows)
 
 
 def write(source: Path) -> None:

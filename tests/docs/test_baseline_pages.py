@@ -118,7 +118,7 @@ def test_flights_are_those_of_a_rollout(name: str, scenario: str) -> None:
 def result(**changes: float) -> baseline_flights.Result:
     metrics = {"success": 0.0, "settling_time": 60.0, "final_error": 0.5, "saturation": 0.0, "chatter": 1.0}
     metrics |= {key: value for key, value in changes.items() if key in metrics}
-    made = baseline_flights.Result("default", "flagship", 60.0, 0.1, 0.02, 5.0, "healthy", metrics, 0.7, 0.01)
+    made = baseline_flights.Result("default", "flagship", 120.0, 0.1, 0.02, 5.0, "healthy", metrics, 0.7, 0.01)
     return dataclasses.replace(made, **{key: value for key, value in changes.items() if key not in metrics})
 
 
@@ -128,6 +128,7 @@ def result(**changes: float) -> baseline_flights.Result:
         (result(success=1.0, settling_time=12.34, final_error=0.01), "from 12.3 s on, and ends 0.01 deg off"),
         (result(final_error=54.0, error=55.0), "is lost: it ends 54 deg off"),
         (result(), "fails: in the last 5 s it is up to 0.7 deg off"),
+        (result(duration=60.0), "is not on target after 60 s: in the last 5 s it is up to 0.7 deg off"),
         (result(final_error=0.01, error=0.02, rate_error=0.3), "restlessly: its rate error reaches 0.3 deg/s"),
     ],
 )
