@@ -189,7 +189,8 @@ def test_bad_bandwidth():
 
 
 def test_unknown_baseline_and_craft():
-    with pytest.raises(ValueError, match=r"baseline must be one of \[.*'pd', 'pd_dob'.*\], or .module:Class. for a law of your own, got 'lqr'"):
+    known = r"baseline must be one of \[.*'pd', 'pd_dob'.*\], or .module:Class. for a law of your own, got 'lqr'"
+    with pytest.raises(ValueError, match=known):
         baselines.make("lqr", FLAGSHIP)
     with pytest.raises(ValueError, match="num_craft must be a positive integer, got 0"):
         baselines.make("pd", FLAGSHIP, 0)
