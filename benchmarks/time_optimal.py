@@ -42,6 +42,7 @@ from ftac_gym.attitude import (
     rotation_vector_from_quaternion,
 )
 from ftac_gym.baselines.allocation import MinimaxAllocation
+from ftac_gym.directions import across
 from ftac_gym.episodes import Episodes
 from ftac_gym.evaluation import BaselineContestant, interquartile_mean, rollout
 from ftac_gym.faults.table import FaultKind
@@ -169,8 +170,7 @@ class TimeOptimalTurn:
         share = np.linspace(0.0, 1.0, self._intervals + 1)[:, None]
         path = angle * np.where(share < 0.5, 1.0 - 2.0 * share**2, 2.0 * (1.0 - share) ** 2) * axis
         if bend is not None:
-            aside = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-            aside /= np.linalg.norm(aside)
+            aside = across(axis)
             path += BEND * np.sin(np.pi * share) * (np.cos(bend) * aside + np.sin(bend) * np.cross(axis, aside))
         rate = -4.0 * angle / time * np.minimum(share, 1.0 - share) * axis
         states = np.concatenate([quaternion_from_rotation_vector(path), rate], axis=1)

@@ -13,14 +13,11 @@ from baseline_figures import draw, rows_of
 
 import ftac_gym
 from ftac_gym import baselines, scenarios
-from ftac_gym.attitude import angle_between, quaternion_error, rotate_to_body
 from ftac_gym.baselines import tuned
-from ftac_gym.dynamics import Simulator
-from ftac_gym.episodes import Episodes
 from ftac_gym.evaluation.metrics import episode_metrics
-from ftac_gym.evaluation.plots import EstimateHistory, faults_in_words
-from ftac_gym.evaluation.rollout import Rollout
-from ftac_gym.parameters import FloatArray
+from ftac_gym.evaluation.plots import EstimateHistory, estimates_along, faults_in_words
+from ftac_gym.evaluation.plots.recording import flown_again
+from ftac_gym.evaluation.rollout import BaselineContestant, Rollout, rollout
 from ftac_gym.scenario import Scenario, success_steps
 
 SEED = 3
@@ -73,10 +70,7 @@ def task(flown: Flown) -> Scenario:
 
 
 def fly(scenario: Scenario, name: str, gains: str = "default", seed: int = SEED) -> tuple[Rollout, EstimateHistory]:
-    """Fly one episode and keep what the law's observer believes on the way.
-
-    It is what :func:`ftac_gym.evaluation.rollout` does for a baseline, but for the environment around the craft, which
-    takes a third of the time, and the rewards, which stay zero.
+    """Fly one episode, and return what the law's observer believes on the way too: nothing, if it has none.
 
     Parameters
     ----------
@@ -87,51 +81,12 @@ def fly(scenario: Scenario, name: str, gains: str = "default", seed: int = SEED)
     seed
         Seed of the episode.
     """
-    drawn, law = scenario.draw(seed, 1), baselines.make(name, scenario, 1, gains)
-    simulator = Simulator(scenario, 1)
-    simulator.reset(drawn)
-    truth = law.information == "oracle"
-    kept: dict[str, list[FloatArray]] = {}
-    believed: dict[str, list[FloatArray]] = {}
-
-    def record() -> None:
-        state = simulator.state
-        now = {"attitude": state.attitude, "rate": state.rate, "wheel_momentum": state.wheel_momentum}
-        now |= {"reference_attitude": simulator.reference_attitude, "reference_rate": simulator.reference_rate}
-        now |= {"modal_displacement": state.modal_displacement, "modal_rate": state.modal_rate}
-        for part, values in now.items():
-            kept.setdefault(part, []).append(np.array(values))
-
-    record()
-    for _ in range(scenario.horizon):
-        command = law.act(simulator.measurement(truth=truth))
-        simulator.step(command)
-        kept.setdefault("command", []).append(np.array(simulator.last_command))
-        record()
-        if law.estimate is not None:
-            for part in ("effectiveness", "bias", "identifiable", "disturbance", "vibration"):
-                if (values := getattr(law.estimate, part)) is not None:
-                    believed.setdefault(part, []).append(np.array(values))
-    history = _rollout(scenario, drawn, {part: np.array(rows) for part, rows in kept.items()})
-    # What is believed at the end has been put to no use.
-    parts = {part: np.array([*rows, rows[-1]]) for part, rows in believed.items()}
-    absent = dict.fromkeys(("effectiveness", "bias", "identifiable", "disturbance", "vibration"))
-    return history, EstimateHistory(history, **{**absent, **parts})
-
-
-def _rollout(scenario: Scenario, drawn: Episodes, kept: dict[str, FloatArray]) -> Rollout:
-    error = quaternion_error(kept["attitude"], kept["reference_attitude"])
-    rate_error = kept["rate"] - rotate_to_body(error, kept.pop("reference_rate"))
-    return Rollout(
-        scenario=scenario,
-        episodes=drawn,
-        time=np.arange(scenario.horizon + 1, dtype=np.float64) * scenario.control_period,
-        attitude_error=angle_between(kept["attitude"], kept["reference_attitude"]),
-        rate_error=np.linalg.norm(rate_error, axis=2),
-        applied_torque=-np.diff(kept["wheel_momentum"], axis=0) / scenario.control_period,
-        reward=np.zeros(kept["command"].shape[:2]),
-        **kept,
-    )
+    history = rollout(scenario, BaselineContestant(name, gains), seed=seed)
+    law, start = baselines.make(name, scenario, 1, gains), next(flown_again(history))
+    law.act(start.measurement(truth=law.information == "oracle"))
+    if law.estimate is None:
+        return history, EstimateHistory(history, None, None, None, None, None)
+    return history, estimates_along(history, name, gains)
 
 
 def evaluate(name: str, folder: Path) -> list[Result]:

@@ -5,16 +5,15 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import gymnasium as gym
 import matplotlib
 from baseline_claims import reproduction
 from baseline_facts import About, about
 from baseline_flights import SEED, Result, picture, results, task
 from baseline_gains import provenance, schedulable, table
 from docstring_parts import document, to_markdown
+from environments import ids
 from pages import markdown_table, remove_strangers, write_if_changed
 
-import ftac_gym
 from ftac_gym import baselines, scenarios
 from ftac_gym.baselines import observers, tuned
 from ftac_gym.parameters import require
@@ -51,18 +50,9 @@ def families(source: Path) -> dict[str, str]:
     return {name: pages[0] for name, pages in found.items()}
 
 
-def environment_of(scenario: str) -> str | None:
-    """Return the environment id whose default scenario this is, if any."""
-    for name, entry in gym.registry.items():
-        ours = str(entry.entry_point).startswith(f"{ftac_gym.__name__}.")
-        if ours and entry.kwargs.get("default_scenario") == scenario:
-            return name
-    return None
-
-
 def in_words(scenario: str) -> str:
     """Return a scenario by name, with a link to the page of its environment."""
-    name = environment_of(scenario)
+    name = {made_for: environment_id for environment_id, made_for in ids().items()}.get(scenario)
     return f"`{scenario}`" if name is None else f"[`{scenario}`](../../environments/generated/{name}.md)"
 
 

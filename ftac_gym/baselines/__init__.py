@@ -118,6 +118,11 @@ def names() -> list[str]:
     return sorted(_ENTRIES)
 
 
+def is_law(name: str) -> bool:
+    """Tell whether a text is the name of a baseline, or says where a law of your own is, as ``"module:Class"``."""
+    return name in _ENTRIES or is_path(name)
+
+
 def _registered(name: Law) -> TypeGuard[str]:
     return isinstance(name, str) and name in _ENTRIES
 
@@ -246,6 +251,7 @@ __all__ = [
     "as_action",
     "chosen",
     "defaults",
+    "is_law",
     "law",
     "make",
     "measurement_of",

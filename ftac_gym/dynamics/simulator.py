@@ -167,7 +167,7 @@ class Simulator:
         self.state.wheel_torque[chosen] = 0.0
         self.state.motor_torque[chosen] = 0.0
         self.last_command[chosen] = 0.0
-        self._remember()
+        self._remember(episodes.faults)
         self._past[chosen] = 0.0
         self.ticks[chosen] = 0
         self._gyro_bias[chosen] = tables["sensors"]["gyro_bias"][chosen]
@@ -243,12 +243,13 @@ class Simulator:
         given = tuple(len(table) for table in drawn), drawn.wheels.shape[1]
         rule = f"must be for {craft} craft of {wheels} wheels; craft in each table, and wheels"
         require(given == ((craft,) * 3, wheels), "faults", rule, given)
-        self._tables = with_faults(tables, drawn)
-        self._remember()
+        # A copy: the tables are written to when craft begin new episodes.
+        self._tables = with_faults(tables, drawn.copy())
+        self._remember(drawn.wheels)
 
-    def _remember(self) -> None:
-        """Keep past commands from now on if some craft is in an episode that may need them."""
-        if not self._past.shape[1] and (self._drawn()["faults"]["delay"] > 0).any():
+    def _remember(self, faults: npt.NDArray[np.void]) -> None:
+        """Keep past commands from now on if craft that get these faults may need them."""
+        if not self._past.shape[1] and (faults["delay"] > 0).any():
             self._past = np.repeat(self.last_command[:, None], LONGEST_DELAY, axis=1)
 
     def truth(self) -> FaultEffect:

@@ -62,10 +62,8 @@ class Rendered(CoreAccess):
         if self.render_mode is None:
             gym.logger.warn('there is nothing to render: make the environment with render_mode="rgb_array" or "human"')
             return None
-        if self.render_mode == "human":
-            self._watch().show(self.policy_name)
-            return None
-        return self._watch().frames(self.policy_name)
+        self._show()
+        return None if self.render_mode == "human" else self._watch().frames(self.policy_name)
 
     def _show(self) -> None:
         """Show what has just happened, if anybody looks."""

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ftac_gym import attitude as attitudes
-from ftac_gym.dynamics import Simulator
+from ftac_gym.evaluation.plots.recording import flown_again
 from ftac_gym.evaluation.plots.style import COLORS, FLOOR, MUTED, dress, sheet, stroke
 from ftac_gym.evaluation.rollout import Rollout, rollout
 from ftac_gym.faults import KINDS, Fault, FaultSchedule, SensorFault, WheelFault
@@ -51,16 +51,9 @@ def with_fault(scenario: Scenario, fault: Fault | None) -> Scenario:
 
 
 def sensor_error(history: Rollout) -> tuple[FloatArray, FloatArray]:
-    """Return the errors of the measured attitude [deg] and of the measured rate [deg/s] of a rollout's first craft.
-
-    The flight is repeated from its commands: a rollout records the truth.
-    """
-    simulator = Simulator(history.scenario, 1)
-    simulator.reset(history.episodes[0])
+    """Return the errors of the measured attitude [deg] and of the measured rate [deg/s] of a rollout's first craft."""
     attitude, rate = np.empty(len(history.time)), np.empty(len(history.time))
-    for step in range(len(history.time)):
-        if step > 0:
-            simulator.step(history.command[step - 1, :1])
+    for step, simulator in enumerate(flown_again(history)):
         measured, state = simulator.measurement(), simulator.state
         attitude[step] = attitudes.angle_between(measured.attitude, state.attitude)[0]
         rate[step] = np.linalg.norm(measured.rate[0] - state.rate[0])

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from ftac_gym import baselines
-from ftac_gym.baselines.own import is_path
 from ftac_gym.evaluation.contestants import TUNED
 from ftac_gym.evaluation.designs import designs, shipped
 from ftac_gym.evaluation.rollout import BaselineContestant
@@ -41,7 +40,7 @@ def source_of(policy: str, scenario: str = "flagship") -> str:
         return str(shipped(own if own in designs() else "flagship_residual"))
     if policy in designs():
         return str(shipped(policy))
-    known = policy.removesuffix(TUNED) in baselines.names() or Path(policy).exists() or is_path(policy)
+    known = baselines.is_law(policy.removesuffix(TUNED)) or Path(policy).exists()
     rule = f"must be {AGENT!r}, a shipped agent ({', '.join(designs())}), a baseline ({', '.join(baselines.names())}), "
     rule += "a baseline with tuned gains like 'nftsm tuned', an own law as 'module:Class', or the path of an agent"
     require(known, "policy", rule, policy)
@@ -65,6 +64,6 @@ def contestant_of(policy: str, scenario: str = "flagship", gains: str = "default
     """
     source = source_of(policy, scenario)
     law = source.removesuffix(TUNED)
-    if law in baselines.names() or is_path(law):
+    if baselines.is_law(law):
         return BaselineContestant(law, "tuned" if source.endswith(TUNED) else gains)
     return source

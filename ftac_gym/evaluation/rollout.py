@@ -14,10 +14,10 @@ from gymnasium.vector import VectorEnv
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.attitude import mrp_from_quaternion, quaternion_error
-from ftac_gym.baselines.own import is_path
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.episodes import Episodes
 from ftac_gym.evaluation.metrics import Metrics, episode_metrics
+from ftac_gym.evaluation.pilot import Pilot
 from ftac_gym.parameters import FloatArray, require
 from ftac_gym.scenario import Scenario
 from ftac_gym.vibration import modal_energy, vibration_torque
@@ -155,8 +155,7 @@ def resolve_policy(policy: Any) -> Contestant:
     ----------
     policy
         A baseline's name, a subclass of :class:`~ftac_gym.baselines.Baseline` or ``"module:Class"``, the path of an
-        agent, an
-        :class:`~ftac_gym.evaluation.agent.Agent`, or any object with ``attach``, ``predict`` and ``tier``.
+        agent, an :class:`~ftac_gym.evaluation.agent.Agent`, or any object with ``attach``, ``predict`` and ``tier``.
 
     Raises
     ------
@@ -169,7 +168,7 @@ def resolve_policy(policy: Any) -> Contestant:
         known = all(hasattr(policy, name) for name in ("attach", "predict", "tier"))
         require(known, "policy", "must be a name, a path, an Agent or a Baseline class (not an instance)", policy)
         return policy  # type: ignore[no-any-return]
-    if policy in baselines.names() or is_path(policy):
+    if baselines.is_law(policy):
         return BaselineContestant(policy)
     from ftac_gym.evaluation.agent import Agent
 
@@ -212,17 +211,8 @@ def rollout(
     for part in ("spacecraft", "reference"):
         same = getattr(drawn_from, part) == getattr(task, part)
         require(same, "episodes", f"must be drawn for the same {part} as {task.name}'s", drawn_from.name)
-    contestant = resolve_policy(policy)
-    # A tumbling craft is not taken out: everyone is judged over the whole episode.
-    env = SpacecraftFTCVectorEnv(
-        num_envs=len(drawn),
-        scenario=task.replace(tumble_rate=None),
-        observation=contestant.tier,
-        autoreset_mode="Disabled",
-        threads=threads,
-    )
-    wrapped = contestant.attach(env)
-    simulator, truth, steps = env.core.simulator, env.core.reward, task.horizon
+    pilot = Pilot(task, resolve_policy(policy), len(drawn), threads)
+    simulator, truth, steps = pilot.env.core.simulator, pilot.env.core.reward, task.horizon
     craft, wheels = len(drawn), task.spacecraft.wheels.count
     error, rate_error = np.empty((steps + 1, craft)), np.empty((steps + 1, craft))
     attitude, rate = np.empty((steps + 1, craft, 4)), np.empty((steps + 1, craft, 3))
@@ -238,13 +228,10 @@ def rollout(
         momentum[step] = simulator.state.wheel_momentum
         displacement[step], swing[step] = simulator.state.modal_displacement, simulator.state.modal_rate
 
-    observation, _ = wrapped.reset(options={"episodes": drawn})
+    pilot.reset(drawn)
     record(0)
-    state, start = None, np.ones(craft, dtype=np.bool_)
     for step in range(steps):
-        action, state = contestant.predict(observation, state, start, True)
-        start = np.zeros(craft, dtype=np.bool_)
-        observation, rewards[step], *_ = wrapped.step(action)
+        rewards[step] = pilot.step()
         command[step] = simulator.last_command
         record(step + 1)
     return Rollout(

@@ -42,32 +42,30 @@ def struck(
         If the fault of a wheel names none, or one that the craft does not have.
     """
     uniform = random.random((1, UNIFORMS_PER_FAULT))
-    wheels, sensors, switches = drawn.wheels.copy(), drawn.sensors.copy(), drawn.switches.copy()
+    layers, sensed, chains = drawn.wheels.shape[2], drawn.sensors.shape[1], drawn.switches.shape[1]
     if isinstance(fault, WheelFault):
         count = len(torque_limits)
         valid = fault.wheel is not None and fault.wheel < count
         require(valid, "wheel", f"must be one of {list(range(count))}", fault.wheel)
         wheel = fault.wheel or 0
         records = fault.draw(uniform, torque_limits[[wheel]])
-        if (wheels["kind"][craft, wheel] > 0).all():
-            wheels = np.concatenate([wheels, no_faults(len(wheels), count)], axis=2)
-        free = wheels[craft, wheel]
+        place: tuple[int, ...] = (craft, wheel)
+        layers += int((drawn.wheels["kind"][place] > 0).all())
     else:
         assert isinstance(fault, SensorFault)
         records = fault.draw(uniform)
         time += AFTER
-        if (sensors["kind"][craft] > 0).all():
-            sensors = np.concatenate([sensors, no_sensor_faults(len(sensors), 1)], axis=1)
-        free = sensors[craft]
+        place = (craft,)
+        sensed += int((drawn.sensors["kind"][place] > 0).all())
+    wider = widened(drawn.copy(), layers, sensed, chains + int(fault.random_chain))
     if fault.random_chain:
-        row = np.full((len(switches), 1, FLIPS), np.inf)
-        row[craft, 0] = time + fault.switching_times(records["onset"], random.random((1, FLIPS)))[0]
-        records["chain"] = switches.shape[1]
-        switches = np.concatenate([switches, row], axis=1)
+        records["chain"] = chains
+        wider.switches[craft, chains] = time + fault.switching_times(records["onset"], random.random((1, FLIPS)))[0]
     records["onset"] += time
     records["recovery"] += time
-    free[int(np.argmin(free["kind"] > 0))] = records[0]
-    return DrawnFaults(wheels, sensors, switches)
+    table = (wider.wheels if isinstance(fault, WheelFault) else wider.sensors)[place]
+    table[int(np.argmin(table["kind"] > 0))] = records[0]
+    return wider
 
 
 def repaired(drawn: DrawnFaults, craft: int, wheel: int | None, time: float) -> DrawnFaults:
@@ -84,8 +82,8 @@ def repaired(drawn: DrawnFaults, craft: int, wheel: int | None, time: float) -> 
     time
         Now, in the time of the craft's episode [s].
     """
-    wheels, sensors, switches = drawn.wheels.copy(), drawn.sensors.copy(), drawn.switches.copy()
-    records = sensors[craft] if wheel is None else wheels[craft, wheel]
+    healed = drawn.copy()
+    records = healed.sensors[craft] if wheel is None else healed.wheels[craft, wheel]
     over = records["onset"] >= time
     time += AFTER if wheel is None else 0.0
     records["recovery"] = np.where(over, records["recovery"], np.minimum(records["recovery"], time))
@@ -94,7 +92,7 @@ def repaired(drawn: DrawnFaults, craft: int, wheel: int | None, time: float) -> 
         no_sensor_faults(1, len(records))[0] if wheel is None else no_faults(1, 1, len(records))[0, 0]
     )
     records[over] = healthy[over]
-    return DrawnFaults(wheels, sensors, switches)
+    return healed
 
 
 def widened(drawn: DrawnFaults, layers: int, sensed: int, chains: int) -> DrawnFaults:

@@ -160,6 +160,10 @@ class DrawnFaults(NamedTuple):
     sensors: npt.NDArray[np.void]
     switches: FloatArray
 
+    def copy(self) -> DrawnFaults:
+        """Return tables of their own with the same faults."""
+        return DrawnFaults(self.wheels.copy(), self.sensors.copy(), self.switches.copy())
+
     def take(self, index: npt.NDArray[np.int64]) -> DrawnFaults:
         """Return the faults of some of the episodes, in the order of their indices."""
         return DrawnFaults(self.wheels[index], self.sensors[index], self.switches[index])

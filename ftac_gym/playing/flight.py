@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.envs.rendering.snapshot import Snapshot, snapshots
 from ftac_gym.episodes import Episodes
+from ftac_gym.evaluation.pilot import Pilot
 from ftac_gym.evaluation.rollout import resolve_policy
 from ftac_gym.faults import Fault
 from ftac_gym.faults.distribution import check_kinds
@@ -38,48 +38,37 @@ class Flight:
     def __init__(self, scenario: Scenario, policy: Any, name: str) -> None:
         self.scenario = scenario
         self.name = name
-        self._policy = resolve_policy(policy)
-        self._env = SpacecraftFTCVectorEnv(
-            scenario=scenario.replace(tumble_rate=None), observation=self._policy.tier, autoreset_mode="Disabled"
-        )
-        self._wrapped = self._policy.attach(self._env)
-        self._observation: Any = None
-        self._state: Any = None
-        self._start = True
+        self._pilot = Pilot(scenario, resolve_policy(policy))
+        self._core = self._pilot.env.core
 
     def reset(self, episode: Episodes) -> None:
         """Start an episode: an ``Episodes`` with one in it."""
         require(len(episode) == 1, "episode", "must be one", len(episode))
-        self._observation, _ = self._wrapped.reset(options={"episodes": episode})
-        self._state, self._start = None, True
+        self._pilot.reset(episode)
 
     def step(self) -> None:
         """Fly on for one control period; a flight that is over stays as it is."""
-        if self.over:
-            return
-        start = np.array([self._start])
-        action, self._state = self._policy.predict(self._observation, self._state, start, True)
-        self._start = False
-        self._observation, *_ = self._wrapped.step(action)
+        if not self.over:
+            self._pilot.step()
 
     @property
     def time(self) -> float:
         """Since the start of the episode [s]."""
-        return float(self._env.core.simulator.time[0])
+        return float(self._core.simulator.time[0])
 
     @property
     def over(self) -> bool:
         """Whether the episode has come to its end."""
-        return bool(self._env.core.simulator.ticks[0] >= self._env.core.horizon)
+        return bool(self._core.simulator.ticks[0] >= self._core.horizon)
 
     @property
     def episode(self) -> Episodes:
         """The episode with what was done to it: flown again, it gives the same flight."""
-        return self._env.core.simulator.episodes
+        return self._core.simulator.episodes
 
     def snapshot(self) -> Snapshot:
         """Return what there is to see now."""
-        return snapshots(self._env.core, self.name)[0]
+        return snapshots(self._core, self.name)[0]
 
     def strike(self, fault: Fault, random: np.random.Generator) -> None:
         """Let a fault begin now, as :func:`ftac_gym.faults.live.struck` does.
@@ -89,11 +78,11 @@ class Flight:
         ValueError
             If the fault of a wheel names none, or one that the craft does not have, or does not fit the wheels.
         """
-        simulator, wheels = self._env.core.simulator, self.scenario.spacecraft.wheels
+        simulator, wheels = self._core.simulator, self.scenario.spacecraft.wheels
         check_kinds((fault,), wheels)
         simulator.set_faults(struck(simulator.faults, 0, fault, self.time, wheels.torque_limits, random))
 
     def repair(self, wheel: int | None) -> None:
         """Put a wheel in order, or the sensors if the wheel is None."""
-        simulator = self._env.core.simulator
+        simulator = self._core.simulator
         simulator.set_faults(repaired(simulator.faults, 0, wheel, self.time))

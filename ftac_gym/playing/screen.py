@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ftac_gym.envs.rendering import Renderer, palette
 from ftac_gym.envs.rendering.renderer import pixels_of
-from ftac_gym.envs.rendering.toolkit import drawing_library
+from ftac_gym.envs.rendering.toolkit import Lettering, drawing_library
 from ftac_gym.playing.session import Session
 
 HELP = (
@@ -44,6 +44,7 @@ class Screen:
 
     def __init__(self, session: Session, width: int, height: int, strip: bool = True) -> None:
         self._pygame = drawing_library()
+        self._letters = Lettering(self._pygame)
         self._session = session
         self._strip = STRIP if strip else 0
         self._share = width // len(session.flights)
@@ -71,7 +72,7 @@ class Screen:
             self._write(HELP, height - self._strip + 24, 16, palette.FAINT)
 
     def _write(self, text: str, top: int, size: int, color: palette.Color) -> None:
-        drawn = self._pygame.font.Font(None, size).render(text, True, color)
+        drawn = self._letters.text(text, size, color)
         room = self.surface.get_width() - 16
         if drawn.get_width() > room:
             drawn = self._pygame.transform.smoothscale(drawn, (room, drawn.get_height()))

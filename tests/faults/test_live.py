@@ -142,6 +142,16 @@ def test_craft_with_and_without_layers_share_a_simulator():
     assert simulator.episodes.faults.shape == (2, 4, 2)
 
 
+def test_a_simulator_keeps_faults_of_its_own():
+    simulator, _ = pair(HEALTHY)
+    given = scenarios.get("flagship_double").draw(4, 2).drawn_faults
+    before = given.copy()
+    simulator.set_faults(given)
+    simulator.reset(HEALTHY.draw(9, 2))
+    for table, kept in zip(given, before, strict=True):
+        np.testing.assert_array_equal(table, kept)
+
+
 @pytest.mark.parametrize("wheel", [None, 4])
 def test_a_fault_must_name_a_wheel_that_there_is(wheel):
     with pytest.raises(ValueError, match=r"wheel must be one of \[0, 1, 2, 3\], got"):

@@ -3,6 +3,7 @@
 import pytest
 
 from ftac_gym.faults import KINDS, AttitudeSpike, Bias, LossOfEffectiveness, Seizure, SensorFault, StarTrackerOutage
+from ftac_gym.faults.examples import EXAMPLES
 from ftac_gym.faults.specification import SAMPLES, name_of, parse
 
 
@@ -58,3 +59,7 @@ def test_the_samples_of_the_message_are_understood(text):
 def test_bad_specifications_are_refused_with_what_would_be_right(text, message):
     with pytest.raises(ValueError, match=message):
         parse(text)
+
+
+def test_every_kind_of_the_package_has_an_example():
+    assert set(EXAMPLES) == {kind.kind for kind in KINDS}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ftac_gym.appendages import FlexibleAppendages
+from ftac_gym.directions import circle
 from ftac_gym.parameters import FloatArray
 
 HALF = np.array([0.17, 0.17, 0.22])
@@ -79,13 +80,8 @@ def wheel_faces(axes: FloatArray) -> FloatArray:
     axes
         (3, m) wheel axes.
     """
-    angle = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
     discs = np.empty((axes.shape[1], 12, 3))
     for wheel, axis in enumerate(axes.T):
-        helper = np.eye(3)[int(np.argmin(np.abs(axis)))]
-        first = np.cross(axis, helper)
-        first /= np.linalg.norm(first)
-        second = np.cross(axis, first)
         center = axis * (float(np.min(HALF / np.maximum(np.abs(axis), 1e-9))) + 0.04)
-        discs[wheel] = center + 0.075 * (np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second)
+        discs[wheel] = center + 0.075 * circle(axis, 13)[:-1]
     return discs

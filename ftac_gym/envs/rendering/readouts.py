@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from ftac_gym.attitude import quaternion_error, rotate_to_body
 from ftac_gym.envs.rendering import mesh, palette
 from ftac_gym.envs.rendering.palette import Color
 from ftac_gym.envs.rendering.snapshot import Snapshot
+from ftac_gym.envs.rendering.toolkit import Lettering
 from ftac_gym.scenario import Scenario
 
 NEAREST, FARTHEST = 1e-3, 180.0
@@ -43,10 +43,10 @@ class Readouts:
         self._bends = scenario.spacecraft.appendages is not None
         self.bar_height = int(98 * self._scale)
         """Height of the strip with the wheels [pixels]."""
-        self._text = lru_cache(maxsize=512)(self._render)
+        self._letters = Lettering(pygame)
 
-    def _render(self, text: str, size: int, color: Color) -> Any:
-        return self._pygame.font.Font(None, max(12, int(size * self._scale))).render(text, True, color)
+    def _text(self, text: str, size: int, color: Color) -> Any:
+        return self._letters.text(text, max(12, int(size * self._scale)), color)
 
     def write(self, surface: Any, text: str, place: tuple[float, float], size: int, color: Color) -> int:
         """Write a line with its top left corner at a place; return its height."""

@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 
 from ftac_gym.attitude import rotation_matrix
+from ftac_gym.directions import circle, graticule
 from ftac_gym.envs.rendering import mesh, palette
 from ftac_gym.envs.rendering.camera import Camera
 from ftac_gym.envs.rendering.snapshot import Snapshot
+from ftac_gym.envs.rendering.toolkit import Lettering
 from ftac_gym.parameters import FloatArray
 from ftac_gym.spacecraft import Spacecraft
 
@@ -43,7 +45,7 @@ class Scene:
         self._wheels = mesh.wheel_faces(spacecraft.wheels.axis_matrix)
         self._ghost = np.concatenate([self._body, mesh.panel_faces(np.zeros(3))])
         self._trail: list[FloatArray] = []
-        self._font = pygame.font.Font(None, max(14, int(camera.radius * 0.1)))
+        self._letters, self._size = Lettering(pygame), max(14, int(camera.radius * 0.1))
 
     def restart(self) -> None:
         """Forget the path of the boresight."""
@@ -51,19 +53,11 @@ class Scene:
 
     def draw_sphere(self, surface: Any) -> None:
         """Draw the sphere of directions with its graticule, which never changes."""
-        angle = np.linspace(0.0, 2.0 * np.pi, 97)
-        for latitude in np.radians([-60.0, -30.0, 0.0, 30.0, 60.0]):
-            ring = np.stack([np.cos(angle), np.sin(angle), np.full_like(angle, np.tan(latitude))], axis=1)
-            self._line(surface, ring * np.cos(latitude), palette.GRATICULE)
-        for longitude in np.radians(np.arange(0.0, 180.0, 30.0)):
-            ring = np.cos(angle)[:, None] * [np.cos(longitude), np.sin(longitude), 0.0]
-            ring[:, 2] += np.sin(angle)
-            self._line(surface, ring, palette.GRATICULE)
+        for line in graticule(97):
+            self._line(surface, line, palette.GRATICULE)
         # The rim of a sphere seen from nearby is a smaller circle, nearer to the camera.
-        near = 1.0 / self._camera.distance
-        right, up, toward = self._camera.axes
-        rim = np.cos(angle)[:, None] * right + np.sin(angle)[:, None] * up
-        self._line(surface, near * toward + np.sqrt(1.0 - near**2) * rim, palette.LINE)
+        near, toward = 1.0 / self._camera.distance, self._camera.axes[2]
+        self._line(surface, near * toward + np.sqrt(1.0 - near**2) * circle(toward, 97), palette.LINE)
 
     def draw(self, surface: Any, snapshot: Snapshot) -> None:
         """Draw the craft as it is now, and lengthen the path of its boresight."""
@@ -137,7 +131,7 @@ class Scene:
     def _arrow(self, surface: Any, tip: FloatArray, color: palette.Color, label: str) -> None:
         pixels, _ = self._camera.project(np.stack([np.zeros(3), tip, tip * 1.08]))
         self._pygame.draw.line(surface, color, pixels[0], pixels[1], max(2, int(self._camera.radius * 0.012)))
-        text = self._font.render(label, True, color)
+        text = self._letters.text(label, self._size, color)
         surface.blit(text, text.get_rect(center=tuple(pixels[2])))
 
     def _line(self, surface: Any, points: FloatArray, color: tuple[int, ...]) -> None:

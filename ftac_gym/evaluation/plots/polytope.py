@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.attitude import cross
+from ftac_gym.directions import across
 from ftac_gym.evaluation.plots.recording import true_effect
 from ftac_gym.evaluation.rollout import Rollout
 from ftac_gym.faults.words import acting_faults
@@ -85,7 +86,7 @@ def torque_polytope(
     free, _ = Envelope(axes).room(centre[None], np.zeros((1, 3)), reach[None])
     normals = envelope_normals(axes)
     spans = int(np.linalg.matrix_rank(axes[:, reach > 0.0])) == 3 if (reach > 0.0).any() else False
-    worst = normals[int(np.argmin(free[0]))] if len(normals) else _across(axes[:, 0])
+    worst = normals[int(np.argmin(free[0]))] if len(normals) else across(axes[:, 0])
     # Towards the side that the uncommanded torque leaves.
     worst = -worst if worst @ centre > 0.0 else worst
     points = np.concatenate(faces)
@@ -194,14 +195,6 @@ def _polygon(generators: FloatArray, normal: FloatArray) -> FloatArray:
     edges = 2.0 * np.concatenate([turned, -turned])
     corners: FloatArray = -turned.sum(axis=0) + np.concatenate([np.zeros((1, 3)), np.cumsum(edges, axis=0)[:-1]])
     return corners
-
-
-def _across(axis: FloatArray) -> FloatArray:
-    """Return a unit vector at right angles to a unit vector (3,)."""
-    other = np.eye(3)[int(np.argmin(np.abs(axis)))]
-    normal = cross(axis, other)
-    unit: FloatArray = normal / np.linalg.norm(normal)
-    return unit
 
 
 def _distinct(points: FloatArray) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -81,11 +82,10 @@ class _Watch:
 
 
 def _observer(scenario: Scenario, count: int, source: Any, gains: str, changes: dict[str, Any]) -> Baseline | _Watch:
-    if isinstance(source, str) and source in baselines.names():
+    named = isinstance(source, str) and baselines.is_law(source)
+    if named or (isinstance(source, type) and issubclass(source, Baseline)):
         return baselines.make(source, scenario, count, gains, **changes)
     require(gains == "default", "gains", "must be 'default' unless source is a baseline of this package", gains)
-    if isinstance(source, type) and issubclass(source, Baseline):
-        return source(scenario, count, **changes)
     known = f"must be a Baseline class, a baseline ({', '.join(baselines.names())}) "
     known += f"or an observer ({', '.join(observers.names())})"
     require(isinstance(source, str) and source in observers.names(), "source", known, source)
@@ -118,12 +118,8 @@ def estimates_along(history: Rollout, source: Any, gains: str = "default", **cha
     """
     scenario, craft = history.scenario, history.command.shape[1]
     observer = _observer(scenario, craft, source, gains, changes)
-    simulator = Simulator(scenario, craft)
-    simulator.reset(history.episodes)
     kept: dict[str, list[Any]] = {name: [] for name in _PARTS}
-    for step in range(len(history.time)):
-        if step > 0:
-            simulator.step(history.command[step - 1])
+    for simulator in flown_again(history):
         observer.act(simulator.measurement(truth=observer.information == "oracle"))
         estimate = observer.estimate
         require(estimate is not None, "source", "must have an observer of faults", source)
@@ -132,6 +128,19 @@ def estimates_along(history: Rollout, source: Any, gains: str = "default", **cha
     # The parts that an observer has are the same at every measurement.
     parts = {name: None if rows[0] is None else np.array(rows) for name, rows in kept.items()}
     return EstimateHistory(history, **parts)
+
+
+def flown_again(history: Rollout) -> Iterator[Simulator]:
+    """Repeat a flight from its commands; yield its simulator at each of the T + 1 times.
+
+    A rollout records the truth: this is for what it leaves out, such as measurements.
+    """
+    simulator = Simulator(history.scenario, history.command.shape[1])
+    simulator.reset(history.episodes)
+    yield simulator
+    for command in history.command:
+        simulator.step(command)
+        yield simulator
 
 
 def true_effect(history: Rollout, craft: int = 0) -> FaultEffect:

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ftac_gym.attitude import cross, quaternion_error, rotate_to_reference
+from ftac_gym.directions import across, circle, graticule
 from ftac_gym.evaluation.plots.overview import describe_faults
 from ftac_gym.evaluation.plots.style import FAINT, INK, MUTED, check_same_flight, dress, head, key, sheet, stroke
 from ftac_gym.evaluation.rollout import Rollout
@@ -137,23 +138,11 @@ def _globe(panel: Any, camera: FloatArray) -> None:
     panel.set_proj_type("ortho")
     azimuth, elevation = np.degrees([np.arctan2(camera[1], camera[0]), np.arcsin(np.clip(camera[2], -1.0, 1.0))])
     panel.view_init(elev=elevation, azim=azimuth)
-    turn = np.linspace(0.0, 2.0 * np.pi, 121)
-    circles = [
-        np.stack([np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.full_like(turn, np.sin(tilt))], axis=1)
-        for tilt in np.radians(np.arange(-60, 61, 30))
-    ]
-    circles += [
-        np.stack([np.cos(east) * np.cos(turn), np.sin(east) * np.cos(turn), np.sin(turn)], axis=1)
-        for east in np.radians(np.arange(0, 180, 30))
-    ]
-    for circle in circles:
-        near = circle @ camera >= 0.0
+    for line in graticule(121):
+        near = line @ camera >= 0.0
         if near.any():
-            panel.plot(*np.where(near[:, None], circle, np.nan).T, color="0.82", linewidth=0.7, zorder=0.5)
-    side = np.eye(3)[int(np.argmin(np.abs(camera)))]
-    side = cross(camera, side)
-    side /= np.linalg.norm(side)
-    rim = np.cos(turn)[:, None] * side + np.sin(turn)[:, None] * cross(camera, side)
+            panel.plot(*np.where(near[:, None], line, np.nan).T, color="0.82", linewidth=0.7, zorder=0.5)
+    rim, side = circle(camera, 121), across(camera)
     panel.plot(*rim.T, color=FAINT, linewidth=1.2, zorder=0.6)
     for axis, label in zip(np.eye(3), "xyz", strict=True):
         facing = float(axis @ camera)
