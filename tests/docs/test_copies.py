@@ -1,0 +1,26 @@
+"""What stands in the README and on the site is the same."""
+
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def rows(text):
+    """Return the rows of tables that hold intervals."""
+    return {line for line in text.splitlines() if line.startswith("| ") and "[0." in line}
+
+
+def first_program(text):
+    """Return the lines of the first Python block, without comments."""
+    return re.sub(r"\s+#.*", "", re.search(r"```python\n(.*?)```", text, re.DOTALL)[1]).splitlines()
+
+
+def test_the_results_of_the_readme_are_those_of_the_site():
+    shown = rows(README)
+    assert shown and shown <= rows((ROOT / "docs" / "results.md").read_text(encoding="utf-8"))
+
+
+def test_the_ten_lines_are_the_same():
+    assert first_program(README) == first_program((ROOT / "docs" / "index.md").read_text(encoding="utf-8"))
