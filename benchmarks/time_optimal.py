@@ -41,15 +41,15 @@ from ftac_gym.attitude import (
     rotate_to_reference,
     rotation_vector_from_quaternion,
 )
-from ftac_gym.baselines.allocation import MinimaxAllocation
-from ftac_gym.directions import across
-from ftac_gym.episodes import Episodes
+from ftac_gym.baselines.components.allocation import MinimaxAllocation
 from ftac_gym.evaluation import BaselineContestant, interquartile_mean, rollout
 from ftac_gym.faults.table import FaultKind
-from ftac_gym.objective import SuccessCriterion
-from ftac_gym.parameters import FloatArray, require
 from ftac_gym.scenarios import frozen
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.episodes import Episodes
+from ftac_gym.task.objective import SuccessCriterion
+from ftac_gym.utils.directions import across
+from ftac_gym.utils.parameters import FloatArray, require
 
 BEND = 0.6
 """How far the further first guesses leave the straight turn [rad]."""

@@ -14,10 +14,10 @@ import gymnasium as gym
 if TYPE_CHECKING:
     from ftac_gym import baselines, evaluation, faults, scenarios, wrappers
     from ftac_gym.dynamics import Simulator
-    from ftac_gym.episodes import Episodes
-    from ftac_gym.initial_state import InitialState
-    from ftac_gym.measurement import Measurement
-    from ftac_gym.scenario import Scenario
+    from ftac_gym.task.episodes import Episodes
+    from ftac_gym.task.initial_state import InitialState
+    from ftac_gym.task.measurement import Measurement
+    from ftac_gym.task.scenario import Scenario
 
 __version__ = "0.1.0"
 
@@ -35,10 +35,10 @@ __all__ = [
 ]
 
 _HOMES = {
-    "Episodes": "ftac_gym.episodes",
-    "InitialState": "ftac_gym.initial_state",
-    "Measurement": "ftac_gym.measurement",
-    "Scenario": "ftac_gym.scenario",
+    "Episodes": "ftac_gym.task.episodes",
+    "InitialState": "ftac_gym.task.initial_state",
+    "Measurement": "ftac_gym.task.measurement",
+    "Scenario": "ftac_gym.task.scenario",
     "Simulator": "ftac_gym.dynamics",
 }
 _MODULES = ("baselines", "evaluation", "faults", "scenarios", "wrappers")

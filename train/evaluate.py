@@ -35,21 +35,21 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from ftac_gym import baselines, scenarios
+from ftac_gym.agents.shipped import SHIPPED, designs
 from ftac_gym.baselines import tuned
-from ftac_gym.episodes import Episodes
 from ftac_gym.evaluation import Evaluation, compare, evaluate, fault_classes, rollout
 from ftac_gym.evaluation.benchmark import fly, frozen_episodes
-from ftac_gym.evaluation.contestants import ALL, TUNED, entries_of, tried
-from ftac_gym.evaluation.designs import SHIPPED, designs
+from ftac_gym.evaluation.entries import ALL, TUNED, entries_of, tried
 from ftac_gym.evaluation.files import write_episodes, write_summary
-from ftac_gym.evaluation.gallery import fault_gallery
-from ftac_gym.evaluation.names import contestant_of, source_of
-from ftac_gym.evaluation.plots import episode as draw_episode
-from ftac_gym.evaluation.plots import error_bands, prescribed_bound
-from ftac_gym.evaluation.report import write_report
 from ftac_gym.evaluation.rollout import resolve_policy
 from ftac_gym.evaluation.tables import Cells, kind_table, markdown, metric_tables, split_table
+from ftac_gym.plots import episode as draw_episode
+from ftac_gym.plots import error_bands, prescribed_bound
+from ftac_gym.plots.fault_gallery import fault_gallery
+from ftac_gym.policies.resolve import contestant_of, source_of
+from ftac_gym.report import write_report
 from ftac_gym.scenarios import SPLITS, frozen
+from ftac_gym.task.episodes import Episodes
 
 CLOSE = ("agent", "flagship_telemetry", "flagship_direct", "pd_dob", "pd", "nftsm_observer tuned", "nftsm tuned")
 """The shipped agents of the flagship, and the baselines that come closest to them."""

@@ -24,13 +24,13 @@ from rich.progress import track
 from ftac_gym import scenarios
 from ftac_gym.envs.rendering import Window
 from ftac_gym.envs.rendering.toolkit import drawing_library
-from ftac_gym.evaluation.names import contestant_of
 from ftac_gym.faults import FaultSchedule
 from ftac_gym.faults.specification import parse
-from ftac_gym.playing import Film, Screen, Session
-from ftac_gym.playing.keys import press
-from ftac_gym.scenario import Scenario
+from ftac_gym.policies.resolve import contestant_of
 from ftac_gym.scenarios import frozen
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.viewer import Film, Screen, Session
+from ftac_gym.viewer.keys import press
 
 STILL = 2.0
 """How long a film rests on its last frame [s]."""

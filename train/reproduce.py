@@ -24,10 +24,10 @@ from rich.markup import escape
 from rich.table import Table
 from tqdm import tqdm
 
-from ftac_gym.evaluation.reproduction import PAPERS
-from ftac_gym.evaluation.reproduction.claims import claim_table
-from ftac_gym.evaluation.reproduction.flight import Flight, Plan, fly
 from ftac_gym.evaluation.tables import Cells, markdown
+from ftac_gym.reproduction import PAPERS
+from ftac_gym.reproduction.claims import claim_table
+from ftac_gym.reproduction.flight import Flight, Plan, fly
 
 
 @dataclass(frozen=True)

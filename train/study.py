@@ -30,8 +30,8 @@ from ftac_gym.evaluation.benchmark import Benchmark, entries_of, fly, frozen_epi
 from ftac_gym.evaluation.metrics import SHARES
 from ftac_gym.evaluation.statistics import interquartile_mean, mean, stratified_difference, stratified_estimate
 from ftac_gym.evaluation.tables import Cells, markdown, number, verdict
-from ftac_gym.parameters import FloatArray
-from ftac_gym.training.keeper import checkpoints
+from ftac_gym.training.callbacks import checkpoints
+from ftac_gym.utils.parameters import FloatArray
 
 TRAIN = Path(__file__).parent / "train.py"
 BASE = "pd_dob"

@@ -38,13 +38,13 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 import ftac_gym
 from ftac_gym import scenarios
-from ftac_gym.evaluation.agent import CARD_FILE, MODEL_FILE, NORMALIZER_FILE, Interface, load_model
-from ftac_gym.evaluation.designs import EVALUATIONS_FILE
-from ftac_gym.parameters import require
-from ftac_gym.scenario import Scenario
+from ftac_gym.agents.agent import CARD_FILE, MODEL_FILE, NORMALIZER_FILE, Interface, load_model
+from ftac_gym.agents.shipped import EVALUATIONS_FILE
+from ftac_gym.task.scenario import Scenario
 from ftac_gym.training.algorithms import build, has_base, resumed_kind
-from ftac_gym.training.keeper import Keeper, Schedule, checkpoints
-from ftac_gym.training.recipe import Recipe, parse_values, parse_words, read_recipe, written_out
+from ftac_gym.training.callbacks import Keeper, Schedule, checkpoints
+from ftac_gym.training.hyperparameters import Recipe, parse_values, parse_words, read_recipe, written_out
+from ftac_gym.utils.parameters import require
 from ftac_gym.wrappers import SB3VecEnv
 
 CONFIGS = Path(__file__).parent / "configs"

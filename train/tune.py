@@ -23,8 +23,8 @@ from tqdm import tqdm
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.evaluation.metrics import summarize
-from ftac_gym.evaluation.search import Search, fly
 from ftac_gym.evaluation.tuning import open_study, store, tune
+from ftac_gym.evaluation.tuning_objective import Search, fly
 
 
 @dataclass(frozen=True)

@@ -106,7 +106,7 @@ def prepare(what: str, lines: list[str]) -> list[str]:
 def shorten(signature: str) -> str:
     """Return a signature, or what it returns, with arrays by their short names and defaults that can be parsed."""
     signature = _ARRAY.sub(r"numpy.typing.NDArray[\1]", signature)
-    signature = signature.replace("numpy.typing.NDArray[numpy.float64]", "ftac_gym.parameters.FloatArray")
+    signature = signature.replace("numpy.typing.NDArray[numpy.float64]", "ftac_gym.utils.parameters.FloatArray")
     return _OBJECT.sub("= ...", signature)
 
 

@@ -10,11 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from ftac_gym.evaluation.plots import FLOOR, EstimateHistory, faults_in_words, stroke, true_effect
-from ftac_gym.evaluation.plots.recording import unexplained_torque
-from ftac_gym.evaluation.plots.style import INK, MUTED, dress, folded, mark_onsets
 from ftac_gym.evaluation.rollout import Rollout
-from ftac_gym.parameters import FloatArray
+from ftac_gym.plots import FLOOR, EstimateHistory, faults_in_words, stroke, true_effect
+from ftac_gym.plots.recording import unexplained_torque
+from ftac_gym.plots.style import INK, MUTED, dress, folded, mark_onsets
+from ftac_gym.utils.parameters import FloatArray
 
 Flight = tuple[Rollout, EstimateHistory]
 

@@ -15,10 +15,10 @@ import ftac_gym
 from ftac_gym import baselines, scenarios
 from ftac_gym.baselines import tuned
 from ftac_gym.evaluation.metrics import episode_metrics
-from ftac_gym.evaluation.plots import EstimateHistory, estimates_along, faults_in_words
-from ftac_gym.evaluation.plots.recording import flown_again
 from ftac_gym.evaluation.rollout import BaselineContestant, Rollout, rollout
-from ftac_gym.scenario import Scenario, success_steps
+from ftac_gym.plots import EstimateHistory, estimates_along, faults_in_words
+from ftac_gym.plots.recording import flown_again
+from ftac_gym.task.scenario import Scenario, success_steps
 
 SEED = 3
 """Of every flight: on the flagship a wheel gets a bias when a good law has long been on target."""
@@ -144,7 +144,7 @@ def result_of(scenario: str, gains: str, history: Rollout) -> Result:
 def digest() -> str:
     """Return a digest of the code and the gains that the flights follow from."""
     package, scripts = Path(ftac_gym.__file__).parent, Path(__file__).parent
-    parts = ("baselines", "dynamics", "faults", "scenarios", "evaluation/plots")
+    parts = ("baselines", "dynamics", "faults", "scenarios", "task", "spacecraft", "plots")
     files = [path for part in parts for path in (package / part).rglob("*") if path.suffix in (".py", ".json")]
     files += [*package.glob("*.py"), *(package / "evaluation").glob("*.py"), *scripts.glob("baseline_f*.py")]
     found = hashlib.sha256()

@@ -14,8 +14,8 @@ from scenario_facts import show
 from ftac_gym import baselines
 from ftac_gym.baselines import observers, tuned
 from ftac_gym.baselines.memory import Memory
-from ftac_gym.prescribed_bound import PrescribedBound
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.prescribed_bound import PrescribedBound
+from ftac_gym.task.scenario import Scenario
 
 HIDDEN = ("faults", "telemetry")
 """Parameters that are no gains: the page says elsewhere what they choose."""

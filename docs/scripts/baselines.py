@@ -16,7 +16,7 @@ from pages import markdown_table, remove_strangers, write_if_changed
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.baselines import observers, tuned
-from ftac_gym.parameters import require
+from ftac_gym.utils.parameters import require
 
 FOLDER = "baselines/generated"
 OWN_SOURCES = {

@@ -19,7 +19,7 @@ import ftac_gym
 from ftac_gym import baselines, scenarios
 from ftac_gym.envs import SpacecraftFTCEnv
 from ftac_gym.envs.observation import TIERS, observation_layout
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.scenario import Scenario
 
 FOLDER = "environments/generated"
 PICTURE_TIME = 8.0

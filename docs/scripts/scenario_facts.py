@@ -13,7 +13,7 @@ from pages import markdown_table
 from ftac_gym.envs.observation import TIERS, observation_layout
 from ftac_gym.envs.reward import __doc__ as reward_text
 from ftac_gym.faults import Fault, FaultDistribution, FaultSchedule
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.scenario import Scenario
 
 
 def number(value: float) -> str:

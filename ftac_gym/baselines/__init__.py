@@ -30,11 +30,11 @@ from ftac_gym.baselines.controllers.tsmc_class import TSMCClass
 from ftac_gym.baselines.controllers.zhang_zhou_stabilisation import ZhangZhouStabilisation
 from ftac_gym.baselines.controllers.zhang_zhou_tracking import ZhangZhouTracking
 from ftac_gym.baselines.estimate import FaultEstimate
+from ftac_gym.baselines.gains import Range, SearchSpace, merged, nested
 from ftac_gym.baselines.own import Law, imported, is_path, path_of
 from ftac_gym.baselines.policy import BaselinePolicy, as_action, measurement_of
-from ftac_gym.baselines.search import Range, SearchSpace, merged, nested
-from ftac_gym.parameters import require
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import require
 
 GAINS = ("default", "tuned")
 """Sets of gains that :func:`make` knows by name."""

@@ -10,12 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.baselines.estimate import FaultEstimate
+from ftac_gym.baselines.gains import SearchSpace, flat, nested
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.policy import BaselinePolicy
-from ftac_gym.baselines.search import SearchSpace, flat, nested
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, require
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, require
 
 BoolArray = npt.NDArray[np.bool_]
 

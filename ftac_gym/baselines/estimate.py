@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.parameters import FloatArray
+from ftac_gym.utils.parameters import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,9 +10,9 @@ import numpy as np
 from ftac_gym.baselines import observers
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.memory import Memory
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import require
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import require
 
 
 class FaultSource:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 
 from ftac_gym.baselines.baseline import Baseline
-from ftac_gym.parameters import require
+from ftac_gym.utils.parameters import require
 
 Law = str | type[Baseline]
 """A baseline: its name, a class of your own, or where that class is, as ``"module:Class"``."""

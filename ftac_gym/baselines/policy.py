@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.faults import FaultEffect
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, require
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.utils.parameters import FloatArray, require
 
 if TYPE_CHECKING:
     from ftac_gym.baselines.baseline import Baseline

@@ -6,7 +6,7 @@ import json
 from importlib.resources import files
 from typing import Any
 
-from ftac_gym.parameters import require
+from ftac_gym.utils.parameters import require
 
 FOLDER = files("ftac_gym.baselines") / "tuned_gains"
 """Where the files lie."""

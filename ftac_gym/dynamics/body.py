@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ftac_gym.compiling import piece
+from ftac_gym.utils.compiling import piece
 
 
 @piece

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ftac_gym.compiling import piece
+from ftac_gym.utils.compiling import piece
 
 # Two times closer than this are the same time: it absorbs rounding in t = step * period [s].
 TIME_TOLERANCE = 1e-9

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ftac_gym.compiling import piece
+from ftac_gym.utils.compiling import piece
 
 STIFFNESS, DAMPING, COUPLING_X, COUPLING_Y, COUPLING_Z = 0, 1, 2, 3, 4
 DISPLACEMENT, MOTION, STAGE_DISPLACEMENT, STAGE_MOTION, SUM_DISPLACEMENT, SUM_MOTION = 5, 6, 7, 8, 9, 10

@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from ftac_gym.compiling import entry_point
 from ftac_gym.dynamics import body, fault_signals, modes, wheel_table, wheels
 from ftac_gym.dynamics.body import add3, add4, angular_acceleration, fill_disturbance, inertia_at, twice_attitude_rate
 from ftac_gym.dynamics.fault_signals import constant_signals, untouched
 from ftac_gym.dynamics.modes import ROWS, begin_step, end_step, load_modes, modal_stage, store_modes
 from ftac_gym.dynamics.wheels import turn_wheel
+from ftac_gym.utils.compiling import entry_point
 
 
 @entry_point(body, fault_signals, modes, wheels, wheel_table)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ftac_gym import randomness, references
-from ftac_gym.compiling import entry_point, piece
 from ftac_gym.dynamics import fault_signals
 from ftac_gym.dynamics.fault_signals import acts, part_at
-from ftac_gym.randomness import Purpose, normal_pair, philox
-from ftac_gym.references import ReferenceKind
+from ftac_gym.task import references
+from ftac_gym.task.references import ReferenceKind
+from ftac_gym.utils import randomness
+from ftac_gym.utils.compiling import entry_point, piece
+from ftac_gym.utils.randomness import Purpose, normal_pair, philox
 
 _NOISE = int(Purpose.NOISE)
 _SET_POINTS = int(ReferenceKind.SET_POINTS)

@@ -13,13 +13,13 @@ from ftac_gym.dynamics.sensing import sense
 from ftac_gym.dynamics.state import State
 from ftac_gym.dynamics.tables import Tables, faults_in, with_episodes, with_faults
 from ftac_gym.dynamics.wheel_table import wheel_table
-from ftac_gym.episodes import Episodes
 from ftac_gym.faults import DrawnFaults, FaultEffect, fault_effect
 from ftac_gym.faults.command_delay import LONGEST_DELAY
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, require
-from ftac_gym.scenario import Scenario
-from ftac_gym.vibration import modal_energy, vibration_torque
+from ftac_gym.task.episodes import Episodes
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.task.vibration import modal_energy, vibration_torque
+from ftac_gym.utils.parameters import FloatArray, require
 
 THREAD_BATCH = 512
 """Craft that one thread must have at least: below it, waking the thread costs more than it saves."""

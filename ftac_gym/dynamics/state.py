@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ftac_gym.parameters import FloatArray
+from ftac_gym.utils.parameters import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.episodes import Episodes
 from ftac_gym.faults import DrawnFaults
 from ftac_gym.faults.live import widened
-from ftac_gym.parameters import require
+from ftac_gym.task.episodes import Episodes
+from ftac_gym.utils.parameters import require
 
 Tables = dict[str, npt.NDArray[Any]]
-"""The arrays of :class:`~ftac_gym.episodes.Episodes` by name, with the craft on the first axis."""
+"""The arrays of :class:`~ftac_gym.task.episodes.Episodes` by name, with the craft on the first axis."""
 
 
 def faults_in(tables: Tables) -> DrawnFaults:

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.parameters import FloatArray
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.utils.parameters import FloatArray
 
 WHEEL = np.dtype(
     [
@@ -33,7 +33,7 @@ WHEEL = np.dtype(
     ]
 )
 """Per wheel: its axis, limits [N m, N m s, N m, W], 1.0 if none of the effects below is on, friction as in
-:class:`~ftac_gym.friction.Friction` [SI units], and what the step of :func:`ftac_gym.dynamics.wheels.turn_wheel` uses:
+:class:`~ftac_gym.spacecraft.friction.Friction` [SI units], and what the step of :func:`.turn_wheel` uses:
 the momentum at which the Coulomb torque sets in [N m s] (endless without friction) and that beyond which friction is
 Coulomb plus viscous to 1e-12 (negative without dry friction), the share of
 the momentum that viscous friction leaves after a step, the weights [s] of the forcing at the start, the middle and the

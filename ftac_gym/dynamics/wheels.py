@@ -18,9 +18,9 @@ from typing import Any
 
 from numba import njit
 
-from ftac_gym.compiling import CONTRACT, piece
 from ftac_gym.dynamics.fault_signals import constant_signals, step_signals
 from ftac_gym.dynamics.wheel_table import STIFF_GAMMA
+from ftac_gym.utils.compiling import CONTRACT, piece
 
 _GAMMA = STIFF_GAMMA
 _WEIGHT_1 = -0.25 * (6.0 * _GAMMA * _GAMMA - 16.0 * _GAMMA + 1.0)

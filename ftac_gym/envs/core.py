@@ -12,17 +12,17 @@ from gymnasium import spaces
 from gymnasium.envs.registration import EnvSpec
 
 from ftac_gym import scenarios
-from ftac_gym.drawing import draw_from_keys
 from ftac_gym.dynamics import Simulator
 from ftac_gym.envs.observation import Observer
 from ftac_gym.envs.reward import Reward
-from ftac_gym.episodes import Episodes
 from ftac_gym.faults import FaultDistribution
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, require
-from ftac_gym.randomness import keys_from_seeds
-from ftac_gym.scenario import Scenario
-from ftac_gym.serialization import to_plain
+from ftac_gym.task.drawing import draw_from_keys
+from ftac_gym.task.episodes import Episodes
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, require
+from ftac_gym.utils.randomness import keys_from_seeds
+from ftac_gym.utils.serialization import to_plain
 
 BoolArray = npt.NDArray[np.bool_]
 

@@ -17,9 +17,9 @@ from numba import njit
 from ftac_gym.dynamics import Simulator
 from ftac_gym.faults import FaultEffect, fault_effect
 from ftac_gym.faults.command_delay import LONGEST_DELAY
-from ftac_gym.parameters import FloatArray, require
-from ftac_gym.scenario import Scenario
-from ftac_gym.spacecraft import Spacecraft
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, require
 
 TIERS = ("attitude", "telemetry", "oracle")
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.envs.core import CoreAccess
-from ftac_gym.parameters import require
+from ftac_gym.utils.parameters import require
 
 if TYPE_CHECKING:
     from ftac_gym.envs.rendering.viewer import Viewer

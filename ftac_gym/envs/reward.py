@@ -27,9 +27,9 @@ import numpy.typing as npt
 from numba import njit
 
 from ftac_gym.dynamics import Simulator
-from ftac_gym.objective import RewardWeights
-from ftac_gym.parameters import FloatArray
-from ftac_gym.scenario import success_steps
+from ftac_gym.task.objective import RewardWeights
+from ftac_gym.task.scenario import success_steps
+from ftac_gym.utils.parameters import FloatArray
 
 TERMS = ("progress", "precision", "rate", "effort", "smoothness", "on_target", "tumble", "vibration")
 

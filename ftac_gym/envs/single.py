@@ -13,7 +13,7 @@ import numpy.typing as npt
 from ftac_gym.envs.core import Core, requested_episodes, resolve_scenario
 from ftac_gym.envs.rendered import RENDER_MODES, Rendered
 from ftac_gym.envs.reward import TERMS, total
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.scenario import Scenario
 
 Observation = npt.NDArray[np.float32]
 
@@ -71,7 +71,7 @@ class SpacecraftFTCEnv(Rendered, gym.Env[Observation, npt.NDArray[Any]]):
     Parameters
     ----------
     scenario
-        A name, a :class:`~ftac_gym.scenario.Scenario`, or its dict or JSON text; None for the id's own.
+        A name, a :class:`~ftac_gym.task.scenario.Scenario`, or its dict or JSON text; None for the id's own.
     observation
         Information tier.
     render_mode

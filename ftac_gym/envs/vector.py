@@ -14,9 +14,9 @@ from gymnasium.vector.utils import batch_space
 from ftac_gym.envs.core import BoolArray, Core, requested_episodes, resolve_scenario
 from ftac_gym.envs.rendered import RENDER_MODES, Rendered
 from ftac_gym.envs.reward import TERMS, total
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, require
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, require
 
 Observation = npt.NDArray[np.float32]
 

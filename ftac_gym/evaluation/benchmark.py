@@ -14,7 +14,6 @@ from typing import Any
 
 from joblib import Parallel, delayed, effective_n_jobs, parallel_config
 
-from ftac_gym.episodes import Episodes
 from ftac_gym.evaluation.compare import (
     BatchResult,
     Evaluation,
@@ -25,12 +24,13 @@ from ftac_gym.evaluation.compare import (
     read_batch,
     write_batch,
 )
-from ftac_gym.evaluation.contestants import Entry, entries_of, fitted
+from ftac_gym.evaluation.entries import Entry, entries_of, fitted
 from ftac_gym.evaluation.rollout import resolve_policy
 from ftac_gym.evaluation.timing import Stopwatch, step_cost
-from ftac_gym.parameters import require
-from ftac_gym.scenario import Scenario
 from ftac_gym.scenarios import SPLITS, frozen
+from ftac_gym.task.episodes import Episodes
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import require
 
 __all__ = ["BACKENDS", "Benchmark", "Entry", "Progress", "entries_of", "fly", "frozen_episodes"]
 

@@ -13,14 +13,14 @@ import numpy as np
 import numpy.typing as npt
 
 import ftac_gym
-from ftac_gym.episodes import Episodes
 from ftac_gym.evaluation.metrics import SHARES, Metrics
 from ftac_gym.evaluation.rollout import Contestant, resolve_policy, rollout
 from ftac_gym.evaluation.statistics import Estimate, estimate, interquartile_mean, mean, paired_difference
 from ftac_gym.evaluation.threads import one_torch_thread
 from ftac_gym.faults import label_of
-from ftac_gym.parameters import FloatArray
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.episodes import Episodes
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray
 
 BATCH = 100
 """Episodes that are run side by side and saved together."""

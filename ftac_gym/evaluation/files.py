@@ -6,9 +6,9 @@ import csv
 from collections.abc import Sequence
 from pathlib import Path
 
-from ftac_gym.episodes import Episodes
 from ftac_gym.evaluation.compare import Evaluation, Row, fault_classes
 from ftac_gym.evaluation.metrics import UNITS
+from ftac_gym.task.episodes import Episodes
 
 
 def write_episodes(path: Path, evaluations: Sequence[Evaluation], episodes: Episodes) -> None:

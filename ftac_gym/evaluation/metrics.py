@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.attitude import quaternion_error, rotation_vector_from_quaternion
-from ftac_gym.parameters import FloatArray
-from ftac_gym.scenario import success_steps
+from ftac_gym.task.scenario import success_steps
+from ftac_gym.utils.parameters import FloatArray
 
 if TYPE_CHECKING:
     from ftac_gym.evaluation.rollout import Rollout

@@ -15,12 +15,12 @@ from gymnasium.vector import VectorEnv
 from ftac_gym import baselines, scenarios
 from ftac_gym.attitude import mrp_from_quaternion, quaternion_error
 from ftac_gym.envs import SpacecraftFTCVectorEnv
-from ftac_gym.episodes import Episodes
 from ftac_gym.evaluation.metrics import Metrics, episode_metrics
-from ftac_gym.evaluation.pilot import Pilot
-from ftac_gym.parameters import FloatArray, require
-from ftac_gym.scenario import Scenario
-from ftac_gym.vibration import modal_energy, vibration_torque
+from ftac_gym.policies.runner import Pilot
+from ftac_gym.task.episodes import Episodes
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.task.vibration import modal_energy, vibration_torque
+from ftac_gym.utils.parameters import FloatArray, require
 
 
 class Contestant(Protocol):
@@ -155,7 +155,7 @@ def resolve_policy(policy: Any) -> Contestant:
     ----------
     policy
         A baseline's name, a subclass of :class:`~ftac_gym.baselines.Baseline` or ``"module:Class"``, the path of an
-        agent, an :class:`~ftac_gym.evaluation.agent.Agent`, or any object with ``attach``, ``predict`` and ``tier``.
+        agent, an :class:`~ftac_gym.agents.agent.Agent`, or any object with ``attach``, ``predict`` and ``tier``.
 
     Raises
     ------
@@ -170,7 +170,7 @@ def resolve_policy(policy: Any) -> Contestant:
         return policy  # type: ignore[no-any-return]
     if baselines.is_law(policy):
         return BaselineContestant(policy)
-    from ftac_gym.evaluation.agent import Agent
+    from ftac_gym.agents.agent import Agent
 
     names = [*baselines.names(), "module:Class"]
     require(Path(policy).exists(), "policy", f"must be one of {names} or the path of an agent", policy)

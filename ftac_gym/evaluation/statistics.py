@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
-from ftac_gym.evaluation.resampling import (
+from ftac_gym.evaluation.bootstrap import (
     CONFIDENCE,
     RESAMPLES,
     Levels,
@@ -31,7 +31,7 @@ from ftac_gym.evaluation.resampling import (
     trimmed_means,
     weighted,
 )
-from ftac_gym.parameters import FloatArray, require
+from ftac_gym.utils.parameters import FloatArray, require
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ftac_gym.episodes import Episodes
 from ftac_gym.evaluation.compare import Evaluation, Row, fault_classes
 from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, UNITS
 from ftac_gym.evaluation.statistics import Estimate
+from ftac_gym.task.episodes import Episodes
 
 Cells = list[list[str]]
 """Rows of a table, the headings first."""

@@ -14,10 +14,10 @@ import numpy as np
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.evaluation.rollout import resolve_policy
 from ftac_gym.evaluation.threads import one_torch_thread
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.scenario import Scenario
 
 if TYPE_CHECKING:
-    from ftac_gym.evaluation.contestants import Entry
+    from ftac_gym.evaluation.entries import Entry
 
 GROUPS, STEPS = 30, 20
 """Groups of control steps, and steps of each: an agent that decides every few steps does so alike in all groups."""

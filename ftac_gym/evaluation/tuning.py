@@ -30,8 +30,8 @@ from optuna.trial import Trial, TrialState
 
 import ftac_gym
 from ftac_gym.baselines import tuned
-from ftac_gym.evaluation.search import FAILED, Search, mean_return
-from ftac_gym.parameters import require
+from ftac_gym.evaluation.tuning_objective import FAILED, Search, mean_return
+from ftac_gym.utils.parameters import require
 
 JOURNAL = "study.journal"
 """File of a study in its folder."""

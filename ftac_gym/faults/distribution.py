@@ -10,8 +10,8 @@ from ftac_gym.faults.fault import UNIFORMS_PER_FAULT, Fault, SensorFault, WheelF
 from ftac_gym.faults.friction_rise import FrictionRise
 from ftac_gym.faults.registry import check_known
 from ftac_gym.faults.table import FLIPS, DrawnFaults, no_faults, no_sensor_faults, soften
-from ftac_gym.parameters import FloatArray, Vector, finite, require
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.utils.parameters import FloatArray, Vector, finite, require
 
 _UNIFORMS_PER_SLOT = 2 + UNIFORMS_PER_FAULT
 """Of each slot: one to choose the kind, one to thin out by severity, the rest for the fault itself."""

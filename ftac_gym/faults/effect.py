@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.faults.table import DrawnFaults
-from ftac_gym.parameters import FloatArray
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.utils.parameters import FloatArray
 
 _TOLERANCE = 1e-9
 

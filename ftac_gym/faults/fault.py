@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.faults.table import FaultKind, Kind, no_faults, no_sensor_faults
-from ftac_gym.parameters import FloatArray, Interval, bounds, draw, interval, positive, require
+from ftac_gym.utils.parameters import FloatArray, Interval, bounds, draw, interval, positive, require
 
 TIMING_UNIFORMS = 6
 UNIFORMS_PER_FAULT = TIMING_UNIFORMS + 8

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ftac_gym.faults.fault import SensorFault
 from ftac_gym.faults.table import FaultKind
-from ftac_gym.parameters import FloatArray, Interval, bounds, draw, interval, require, uniform_directions
+from ftac_gym.utils.parameters import FloatArray, Interval, bounds, draw, interval, require, uniform_directions
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ftac_gym.faults.fault import UNIFORMS_PER_FAULT, Fault, SensorFault, WheelFault
 from ftac_gym.faults.table import FLIPS, DrawnFaults, no_faults, no_sensor_faults
-from ftac_gym.parameters import FloatArray, require
+from ftac_gym.utils.parameters import FloatArray, require
 
 AFTER = 1e-6
 """How long after now faults of the sensors come and go [s]: the measurement of this moment has been taken."""

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ftac_gym.faults.fault import WheelFault
 from ftac_gym.faults.table import FaultKind
-from ftac_gym.parameters import FloatArray
+from ftac_gym.utils.parameters import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from ftac_gym.faults.fault import Fault, SensorFault, WheelFault
 from ftac_gym.faults.table import FIRST_OWN_KIND, FaultKind, OwnKind
-from ftac_gym.parameters import require
+from ftac_gym.utils.parameters import require
 
 F = TypeVar("F", bound=Fault)
 
@@ -113,6 +113,6 @@ def _identity(kind: type[Fault]) -> dict[str, Any]:
 
 def _reserved() -> frozenset[str]:
     # A scenario is made of faults: its module is there only once this one is.
-    from ftac_gym.scenario import PARTS
+    from ftac_gym.task.scenario import PARTS
 
     return frozenset(PARTS)

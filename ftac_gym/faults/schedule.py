@@ -11,8 +11,8 @@ from ftac_gym.faults.distribution import check_kinds
 from ftac_gym.faults.fault import UNIFORMS_PER_FAULT, Fault, SensorFault, WheelFault
 from ftac_gym.faults.registry import check_known
 from ftac_gym.faults.table import FLIPS, DrawnFaults, no_faults, no_sensor_faults
-from ftac_gym.parameters import FloatArray, require
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.utils.parameters import FloatArray, require
 
 
 @dataclass(frozen=True)

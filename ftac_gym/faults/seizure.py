@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ftac_gym.faults.fault import WheelFault, limited_wheels
 from ftac_gym.faults.table import FaultKind
-from ftac_gym.parameters import FloatArray, Interval, bounds, draw, interval, require
+from ftac_gym.utils.parameters import FloatArray, Interval, bounds, draw, interval, require
 
 
 @dataclass(frozen=True, kw_only=True)

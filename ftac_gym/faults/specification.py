@@ -8,7 +8,7 @@ from typing import Any
 from ftac_gym.faults.examples import EXAMPLES
 from ftac_gym.faults.fault import Fault, WheelFault
 from ftac_gym.faults.registry import registered
-from ftac_gym.parameters import require
+from ftac_gym.utils.parameters import require
 
 FORM = "KIND:WHEEL@ONSET,FIELD=VALUE,..."
 """The form of a specification; only the kind is a must, and a wheel for what strikes one."""

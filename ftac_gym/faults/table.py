@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.parameters import FloatArray, require
+from ftac_gym.utils.parameters import FloatArray, require
 
 
 class FaultKind(IntEnum):

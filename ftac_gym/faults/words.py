@@ -10,7 +10,7 @@ import numpy.typing as npt
 from ftac_gym.faults.effect import presence
 from ftac_gym.faults.registry import label_of
 from ftac_gym.faults.table import DrawnFaults
-from ftac_gym.parameters import FloatArray
+from ftac_gym.utils.parameters import FloatArray
 
 Words = tuple[str, ...]
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ftac_gym.parameters import require
-from ftac_gym.scenario import Scenario
 from ftac_gym.scenarios import chen_2018, li_2023, ma_2023, splits, zhang_zhou_2019
 from ftac_gym.scenarios.cao_2022 import cao_2022
 from ftac_gym.scenarios.flagship import flagship, flagship_pointing, flagship_tracking
 from ftac_gym.scenarios.flexible import flexible
 from ftac_gym.scenarios.shen_2019 import shen_2019
 from ftac_gym.scenarios.splits import SPLITS
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import require
 
 _BUILDERS: dict[str, Callable[[], Scenario]] = {
     "flagship": flagship,

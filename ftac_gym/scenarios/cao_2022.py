@@ -14,14 +14,14 @@ import math
 import numpy as np
 
 from ftac_gym.attitude import quaternion_from_mrp
-from ftac_gym.disturbances import Disturbance, Harmonic
 from ftac_gym.faults import FaultSchedule, LossOfEffectiveness
-from ftac_gym.initial_state import InitialState
-from ftac_gym.layouts import three_orthogonal
-from ftac_gym.references import fixed_attitude
-from ftac_gym.scenario import Scenario
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.layouts import three_orthogonal
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.disturbances import Disturbance, Harmonic
+from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task.references import fixed_attitude
+from ftac_gym.task.scenario import Scenario
 
 
 def cao_2022() -> Scenario:

@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from ftac_gym.disturbances import Disturbance, Harmonic
 from ftac_gym.faults import (
     Bias,
     DriftingEffectiveness,
@@ -21,13 +20,14 @@ from ftac_gym.faults import (
     LossOfEffectiveness,
     Outage,
 )
-from ftac_gym.inertia import InertiaUncertainty
-from ftac_gym.initial_state import InitialState
-from ftac_gym.references import MRPSinusoid
-from ftac_gym.scenario import Scenario
-from ftac_gym.sensors import SensorErrors
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.disturbances import Disturbance, Harmonic
+from ftac_gym.task.inertia import InertiaUncertainty
+from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task.references import MRPSinusoid
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.task.sensors import SensorErrors
 
 ONSET = (2.0, 80.0)
 """When faults strike [s]: during the slew, during settling, during fine pointing."""

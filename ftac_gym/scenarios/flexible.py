@@ -10,11 +10,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ftac_gym.appendages import FlexibleAppendages
-from ftac_gym.objective import RewardWeights
-from ftac_gym.scenario import Scenario
 from ftac_gym.scenarios.flagship import flagship
-from ftac_gym.vibration import AppendageUncertainty
+from ftac_gym.spacecraft.appendages import FlexibleAppendages
+from ftac_gym.task.objective import RewardWeights
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.task.vibration import AppendageUncertainty
 
 
 def appendages() -> FlexibleAppendages:

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from ftac_gym import scenarios
-from ftac_gym.episodes import Episodes
-from ftac_gym.parameters import require
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.episodes import Episodes
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import require
 
 FEASIBLE = 500
 """Feasible episodes of each list."""

@@ -13,15 +13,15 @@ from __future__ import annotations
 
 import math
 
-from ftac_gym.appendages import FlexibleAppendages
-from ftac_gym.disturbances import Disturbance, Harmonic
 from ftac_gym.faults import Bias, FaultSchedule
-from ftac_gym.initial_state import InitialState
-from ftac_gym.layouts import three_orthogonal
-from ftac_gym.references import SetPoints
-from ftac_gym.scenario import Scenario
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.appendages import FlexibleAppendages
+from ftac_gym.spacecraft.layouts import three_orthogonal
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.disturbances import Disturbance, Harmonic
+from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task.references import SetPoints
+from ftac_gym.task.scenario import Scenario
 
 WEAK = 0.2
 """Share of the faults that are left in the example with weak faults."""

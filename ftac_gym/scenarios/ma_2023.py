@@ -12,14 +12,14 @@ from __future__ import annotations
 
 import math
 
-from ftac_gym.disturbances import Disturbance, Harmonic
 from ftac_gym.faults import FaultSchedule, LossOfEffectiveness
-from ftac_gym.initial_state import InitialState
-from ftac_gym.layouts import three_orthogonal
-from ftac_gym.references import RateProfile
-from ftac_gym.scenario import Scenario
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.layouts import three_orthogonal
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.disturbances import Disturbance, Harmonic
+from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task.references import RateProfile
+from ftac_gym.task.scenario import Scenario
 
 _SCALAR = math.sqrt(0.78)
 """Printed as 0.8832, with which the quaternion's norm is 1.00002."""

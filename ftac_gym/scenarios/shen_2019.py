@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 
-from ftac_gym.disturbances import Disturbance, Harmonic
 from ftac_gym.faults import Bias, FaultSchedule, LossOfEffectiveness
-from ftac_gym.initial_state import InitialState
-from ftac_gym.scenario import Scenario
-from ftac_gym.sensors import SensorErrors
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.disturbances import Disturbance, Harmonic
+from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.task.sensors import SensorErrors
 
 _DEGREE = math.pi / 180.0
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ftac_gym import wheel_catalogue
 from ftac_gym.faults import (
     AttitudeSpike,
     Bias,
@@ -18,14 +17,15 @@ from ftac_gym.faults import (
     Seizure,
     StarTrackerOutage,
 )
-from ftac_gym.friction import Friction
-from ftac_gym.inertia import InertiaUncertainty
-from ftac_gym.layouts import sign_pyramid
-from ftac_gym.low_orbit import LowOrbitTorque
-from ftac_gym.scenario import Scenario
 from ftac_gym.scenarios.flagship import DEGREE, ONSET, faults, flagship, sensors, spacecraft
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft import catalogue
+from ftac_gym.spacecraft.friction import Friction
+from ftac_gym.spacecraft.layouts import sign_pyramid
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.inertia import InertiaUncertainty
+from ftac_gym.task.low_orbit import LowOrbitTorque
+from ftac_gym.task.scenario import Scenario
 
 SPLITS = (
     "flagship",
@@ -37,7 +37,7 @@ SPLITS = (
 )
 """The flagship and its splits, in the order of tables."""
 
-_WHEEL = wheel_catalogue.get("hr12-12")
+_WHEEL = catalogue.get("hr12-12")
 
 
 def _with_wheels(wheels: WheelArray) -> Spacecraft:

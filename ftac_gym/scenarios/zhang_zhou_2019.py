@@ -7,7 +7,7 @@ step, the length of the episode, and when the task counts as done. All other num
 says otherwise.
 
 The torques below are those that following a reference exactly asks of the most loaded wheel, with the nominal inertia
-and the allocation that keeps that as small as can be (:func:`ftac_gym.evaluation.inverse_dynamics.peak_wheel_torque`).
+and the allocation that keeps that as small as can be (:func:`peak_wheel_torque`).
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from __future__ import annotations
 import numpy as np
 
 from ftac_gym.attitude import quaternion_from_mrp
-from ftac_gym.disturbances import Disturbance, Harmonic
 from ftac_gym.faults import Bias, FaultSchedule, LossOfEffectiveness
-from ftac_gym.inertia import InertiaUncertainty
-from ftac_gym.initial_state import InitialState
-from ftac_gym.layouts import orthogonal_and_skew
-from ftac_gym.references import MRPSinusoid, fixed_attitude
-from ftac_gym.scenario import Scenario
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.layouts import orthogonal_and_skew
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.disturbances import Disturbance, Harmonic
+from ftac_gym.task.inertia import InertiaUncertainty
+from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task.references import MRPSinusoid, fixed_attitude
+from ftac_gym.task.scenario import Scenario
 
 SLOWING = 0.2
 """How much slower than printed the feasible reference is [chosen]."""

@@ -13,10 +13,10 @@ from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
-from ftac_gym.evaluation.agent import ON_BASE, Interface
-from ftac_gym.parameters import require
-from ftac_gym.training.policies import PrivilegedCriticPolicy
-from ftac_gym.training.recipe import ALGORITHMS, Recipe
+from ftac_gym.agents.agent import ON_BASE, Interface
+from ftac_gym.training.hyperparameters import ALGORITHMS, Recipe
+from ftac_gym.training.networks import PrivilegedCriticPolicy
+from ftac_gym.utils.parameters import require
 
 BASE_NOISE = 0.1
 """Standard deviation of the actions with which an off-policy agent collects data about its base."""

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from gymnasium.utils import RecordConstructorArgs
 from gymnasium.vector import VectorEnv
 
-from ftac_gym.parameters import require, whole
+from ftac_gym.utils.parameters import require, whole
 
 Observation = npt.NDArray[np.float32]
 

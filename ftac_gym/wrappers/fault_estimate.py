@@ -8,14 +8,14 @@ from typing import Any, Protocol
 import numpy as np
 
 from ftac_gym.baselines import FaultEstimate, observers
+from ftac_gym.baselines.components.gyroscopic import GyroscopicModel
 from ftac_gym.baselines.fault_source import FaultSource
-from ftac_gym.baselines.gyroscopic import GyroscopicModel
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.observers.disturbance_observer import DisturbanceObserver
 from ftac_gym.envs.observation import BOUND, fault_entries, fault_parts
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, require
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, require
 from ftac_gym.wrappers.stage import BoolArray, Observation, Stage, StageWrapper, VectorStageWrapper
 
 SOURCES = ("none", "truth", "dob", *observers.names())

@@ -11,8 +11,8 @@ from gymnasium import spaces
 
 from ftac_gym import baselines
 from ftac_gym.baselines import as_action
-from ftac_gym.baselines.search import merged
-from ftac_gym.parameters import FloatArray, fields_named, finite, require
+from ftac_gym.baselines.gains import merged
+from ftac_gym.utils.parameters import FloatArray, fields_named, finite, require
 from ftac_gym.wrappers.residual import blind_base
 from ftac_gym.wrappers.stage import Stage, StageWrapper, VectorStageWrapper
 

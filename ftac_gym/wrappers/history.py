@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import whole
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.utils.parameters import whole
 from ftac_gym.wrappers.stage import BoolArray, Observation, Stage, StageWrapper, VectorStageWrapper
 
 

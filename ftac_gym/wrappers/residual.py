@@ -12,12 +12,12 @@ import numpy.typing as npt
 from ftac_gym import baselines
 from ftac_gym.attitude import angle_between
 from ftac_gym.baselines import Baseline, as_action
-from ftac_gym.baselines.gyroscopic import GyroscopicModel
+from ftac_gym.baselines.components.gyroscopic import GyroscopicModel
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.observers.disturbance_observer import DisturbanceObserver
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, finite, non_negative, positive, require
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, finite, non_negative, positive, require
 from ftac_gym.wrappers.stage import BoolArray, Observation, Stage, StageWrapper, VectorStageWrapper
 
 SURPRISE_BANDWIDTH = 4.5

@@ -13,8 +13,8 @@ from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvStepReturn
 
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import require
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.utils.parameters import require
 
 
 class SB3VecEnv(VecEnv):

@@ -13,8 +13,8 @@ from gymnasium.utils import RecordConstructorArgs
 from gymnasium.vector import VectorEnv, VectorWrapper
 from gymnasium.vector.utils import batch_space
 
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, require
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.utils.parameters import FloatArray, require
 from ftac_gym.wrappers.action_hold import ActionHold
 
 BoolArray = npt.NDArray[np.bool_]

@@ -7,11 +7,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from ftac_gym import baselines, scenarios
-from ftac_gym.disturbances import Disturbance
 from ftac_gym.dynamics import Simulator
 from ftac_gym.faults import Bias, FaultSchedule, LossOfEffectiveness
-from ftac_gym.initial_state import InitialState
-from ftac_gym.measurement import Measurement
+from ftac_gym.task.disturbances import Disturbance
+from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task.measurement import Measurement
 
 NAMES = baselines.names()
 FLAGSHIP = scenarios.get("flagship")

@@ -8,15 +8,15 @@ from scipy.integrate import solve_ivp
 
 from ftac_gym import baselines
 from ftac_gym.attitude import quaternion_from_mrp
-from ftac_gym.disturbances import Disturbance, Harmonic
 from ftac_gym.dynamics import Simulator
 from ftac_gym.faults import Bias, FaultSchedule, LossOfEffectiveness
-from ftac_gym.initial_state import InitialState
-from ftac_gym.layouts import orthogonal_and_skew, three_orthogonal
-from ftac_gym.references import MRPSinusoid, fixed_attitude
-from ftac_gym.scenario import Scenario
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.layouts import orthogonal_and_skew, three_orthogonal
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.disturbances import Disturbance, Harmonic
+from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task.references import MRPSinusoid, fixed_attitude
+from ftac_gym.task.scenario import Scenario
 
 STRONG = ((30.0, 5.3, 6.4), (5.3, 27.0, 10.0), (6.4, 10.0, 19.0))  # kg m^2, Zhang and Zhou 2019
 DIAGONAL = ((36.0, 0.0, 0.0), (0.0, 17.0, 0.0), (0.0, 0.0, 26.0))  # kg m^2, Cao, Gong and Han 2022

@@ -9,8 +9,8 @@ from ftac_gym.baselines import Baseline
 from ftac_gym.baselines.own import is_path
 from ftac_gym.evaluation import BaselineContestant, evaluate, resolve_policy, rollout
 from ftac_gym.evaluation.benchmark import entries_of, fly
-from ftac_gym.evaluation.search import Search
 from ftac_gym.evaluation.tuning import tune
+from ftac_gym.evaluation.tuning_objective import Search
 
 PATH = "helpers.own_law:OwnLaw"
 TASK = scenarios.get("flagship").replace(duration=30.0)

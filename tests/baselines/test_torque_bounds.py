@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ftac_gym import baselines, scenarios
-from ftac_gym.measurement import Measurement
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.measurement import Measurement
 
 MA, SHEN = scenarios.get("ma_2023_faulty"), scenarios.get("shen_2019")
 # Three wheels along the axes that give any torque: what is commanded is what the law demands.

@@ -49,7 +49,7 @@ def test_headings_and_attributes():
 
 def test_signatures_are_short_and_can_be_parsed():
     array = "numpy.ndarray[tuple[Any, ...], numpy.dtype[{}]]"
-    assert shorten(array.format("numpy.float64")) == "ftac_gym.parameters.FloatArray"
+    assert shorten(array.format("numpy.float64")) == "ftac_gym.utils.parameters.FloatArray"
     assert shorten(array.format("numpy.bool")) == "numpy.typing.NDArray[numpy.bool]"
     assert shorten("(start: State = <factory>, x: int = 3)") == "(start: State = ..., x: int = 3)"
 

@@ -10,8 +10,12 @@ from references import find, imported_names, redirect_links, site_target
 @pytest.mark.parametrize(
     ("path", "folder", "page"),
     [
-        ("../ftac_gym/measurement.py", "", "api/generated/ftac_gym.measurement.rst"),
-        ("../../ftac_gym/baselines/surfaces.py", "baselines", "../api/generated/ftac_gym.baselines.surfaces.rst"),
+        ("../ftac_gym/task/measurement.py", "", "api/generated/ftac_gym.task.measurement.rst"),
+        (
+            "../../ftac_gym/baselines/surfaces.py",
+            "baselines",
+            "../api/generated/ftac_gym.baselines.components.surfaces.rst",
+        ),
         ("../../ftac_gym/baselines/observers", "baselines", "../api/generated/ftac_gym.baselines.observers.rst"),
         ("../ftac_gym/envs/__init__.py", "", "api/generated/ftac_gym.envs.rst"),
         ("../../README.md", "baselines", "../index.md"),
@@ -25,8 +29,10 @@ def test_pages_that_stand_for_files(path, folder, page):
 
 
 def test_links_in_text():
-    text = "[`x`](../ftac_gym/wheels.py), [y](wrappers.md#z), [r](../README.md#speed), ![p](../docs/p.png)"
-    expected = "[`x`](api/generated/ftac_gym.wheels.rst), [y](wrappers.md#z), [r](index.md), ![p](../docs/p.png)"
+    text = (
+        "[`x`](../ftac_gym/spacecraft/wheel_array.py), [y](wrappers.md#z), [r](../README.md#speed), ![p](../docs/p.png)"
+    )
+    expected = "[`x`](api/generated/ftac_gym.spacecraft.wheel_array.rst), [y](wrappers.md#z), [r](index.md), ![p](../docs/p.png)"  # noqa: E501
     assert redirect_links(text, "") == expected
 
 

@@ -13,13 +13,13 @@ import ftac_gym  # noqa: F401  registers the environments
 from ftac_gym import scenarios
 from ftac_gym.dynamics import Simulator
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
-from ftac_gym.episodes import Episodes
 from ftac_gym.faults import Bias, CommandDelay, FaultDistribution, FaultSchedule, LossOfEffectiveness, Outage
-from ftac_gym.initial_state import InitialState
-from ftac_gym.scenario import Scenario
-from ftac_gym.serialization import to_plain
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.episodes import Episodes
+from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.serialization import to_plain
 
 PERIOD, STEP = 0.1, 0.02  # s
 INERTIA = [[10.0, 1.2, 0.5], [1.2, 19.0, 1.5], [0.5, 1.5, 25.0]]  # kg m^2

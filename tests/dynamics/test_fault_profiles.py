@@ -17,11 +17,11 @@ from ftac_gym.faults import (
     Outage,
     Seizure,
 )
-from ftac_gym.friction import Friction
-from ftac_gym.initial_state import InitialState
-from ftac_gym.scenario import Scenario
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.friction import Friction
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task.scenario import Scenario
 
 INERTIA = np.array([[10.0, 1.2, 0.5], [1.2, 19.0, 1.5], [0.5, 1.5, 25.0]])  # kg m^2
 AXES = WheelArray.sign_pyramid(0.2, None).axes

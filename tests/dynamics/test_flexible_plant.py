@@ -20,11 +20,11 @@ from scipy.linalg import eigh
 
 from ftac_gym import attitude as att
 from ftac_gym import scenarios
-from ftac_gym.appendages import FlexibleAppendages
-from ftac_gym.disturbances import Disturbance, Harmonic
 from ftac_gym.dynamics import Simulator
-from ftac_gym.inertia import InertiaUncertainty
-from ftac_gym.spacecraft import Spacecraft
+from ftac_gym.spacecraft.appendages import FlexibleAppendages
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.task.disturbances import Disturbance, Harmonic
+from ftac_gym.task.inertia import InertiaUncertainty
 
 MOMENTUM = (1.0, -0.5, 0.3, 2.0)  # N m s
 VARYING = {"amplitude": (1.0, 2.0, -1.5), "frequency": (0.8, 0.5, 0.3), "phase": (0.2, 0.0, 1.0)}

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from ftac_gym import attitude as att
-from ftac_gym.disturbances import Disturbance, Harmonic
 from ftac_gym.dynamics import Simulator
 from ftac_gym.faults import Bias, FaultSchedule, LossOfEffectiveness
-from ftac_gym.inertia import InertiaUncertainty
-from ftac_gym.initial_state import InitialState
-from ftac_gym.scenario import Scenario
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.disturbances import Disturbance, Harmonic
+from ftac_gym.task.inertia import InertiaUncertainty
+from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task.scenario import Scenario
 
 INERTIA = np.array([[10.0, 1.2, 0.5], [1.2, 19.0, 1.5], [0.5, 1.5, 25.0]])  # kg m^2
 PYRAMID = WheelArray.sign_pyramid(0.2, None).axis_matrix

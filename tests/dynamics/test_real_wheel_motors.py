@@ -7,7 +7,7 @@ from helpers.wheels import one_axis as start
 from scipy.integrate import solve_ivp
 
 from ftac_gym.faults import DriftingEffectiveness, FrictionRise, HardOver, LossOfEffectiveness
-from ftac_gym.friction import Friction
+from ftac_gym.spacecraft.friction import Friction
 
 # -------------------------------------------------------------------------------------------------------------- lag
 

@@ -12,8 +12,8 @@ from scipy.optimize import brentq
 from ftac_gym.dynamics import wheels as kernel
 from ftac_gym.dynamics.wheel_table import wheel_table
 from ftac_gym.faults import FrictionRise, Outage
-from ftac_gym.friction import Friction
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.friction import Friction
+from ftac_gym.spacecraft.wheel_array import WheelArray
 
 # -------------------------------------------------------------------------------------------------- far from rest
 

@@ -7,10 +7,10 @@ from scipy import stats
 from ftac_gym import attitude as att
 from ftac_gym import scenarios
 from ftac_gym.dynamics import Simulator
-from ftac_gym.scenario import Scenario
-from ftac_gym.sensors import SensorErrors
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.task.sensors import SensorErrors
 
 PERIOD = 0.1  # s
 CRAFT, STEPS = 300, 100

@@ -9,11 +9,11 @@ import pytest
 from ftac_gym import attitude as att
 from ftac_gym.dynamics import Simulator
 from ftac_gym.faults import AttitudeSpike, FaultDistribution, FaultSchedule, GyroBiasStep, StarTrackerOutage
-from ftac_gym.initial_state import InitialState
-from ftac_gym.scenario import Scenario
-from ftac_gym.sensors import SensorErrors
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.task.sensors import SensorErrors
 
 PERIOD, CRAFT = 0.1, 20  # s
 NOISE = SensorErrors(attitude_noise=1e-4, rate_noise=2e-5, gyro_bias=(-1e-5, 1e-5), gyro_bias_walk=1e-6)

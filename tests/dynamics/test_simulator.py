@@ -9,9 +9,9 @@ import pytest
 
 from ftac_gym import scenarios
 from ftac_gym.dynamics import Simulator
-from ftac_gym.episodes import Episodes
-from ftac_gym.measurement import Measurement
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.episodes import Episodes
+from ftac_gym.task.measurement import Measurement
 
 FLAGSHIP = scenarios.get("flagship")
 NAMES = scenarios.names()

@@ -8,10 +8,10 @@ from ftac_gym import attitude as att
 from ftac_gym import scenarios
 from ftac_gym.dynamics import Simulator
 from ftac_gym.faults import Bias, FaultKind, FaultSchedule, HardOver, LockInPlace, LossOfEffectiveness, Outage
-from ftac_gym.initial_state import InitialState
-from ftac_gym.scenario import Scenario
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task.scenario import Scenario
 
 INERTIA = np.array([[10.0, 1.2, 0.5], [1.2, 19.0, 1.5], [0.5, 1.5, 25.0]])  # kg m^2
 PYRAMID = WheelArray.sign_pyramid(0.2, None).axis_matrix

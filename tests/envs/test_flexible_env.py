@@ -11,12 +11,12 @@ from helpers.flexible_craft import flexible_craft, random_appendages
 
 import ftac_gym  # noqa: F401  registers the environments
 from ftac_gym import scenarios
-from ftac_gym.appendages import FlexibleAppendages
 from ftac_gym.dynamics import Simulator
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
 from ftac_gym.envs.observation import observation_layout
 from ftac_gym.envs.reward import TERMS, Reward
-from ftac_gym.objective import RewardWeights
+from ftac_gym.spacecraft.appendages import FlexibleAppendages
+from ftac_gym.task.objective import RewardWeights
 
 IDS = {"SpacecraftFTCFlexible-v0": "flexible", "SpacecraftFTCLi2023-v0": "li_2023"}
 TIERS = ("attitude", "telemetry", "oracle")

@@ -22,10 +22,10 @@ from ftac_gym.faults import (
     StarTrackerOutage,
     fault_effect,
 )
-from ftac_gym.initial_state import InitialState
-from ftac_gym.references import MRPSinusoid, RateProfile
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task.references import MRPSinusoid, RateProfile
 
 FLAGSHIP = scenarios.get("flagship")
 INERTIA = FLAGSHIP.spacecraft.inertia

@@ -9,9 +9,9 @@ from ftac_gym import baselines, scenarios
 from ftac_gym.attitude import angle_between, quaternion_error, rotate_to_body
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
 from ftac_gym.envs.reward import TERMS
-from ftac_gym.initial_state import InitialState
-from ftac_gym.references import fixed_attitude
-from ftac_gym.scenario import RewardWeights, SuccessCriterion
+from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task.references import fixed_attitude
+from ftac_gym.task.scenario import RewardWeights, SuccessCriterion
 
 WEIGHTS = RewardWeights(
     progress=3.0, precision=0.7, rate=11.0, effort=0.5, smoothness=0.9, on_target=1.3, tumble=17.0, vibration=23.0

@@ -20,7 +20,7 @@ from ftac_gym.faults import (
     LockInPlace,
     Outage,
 )
-from ftac_gym.serialization import to_plain
+from ftac_gym.utils.serialization import to_plain
 from ftac_gym.wrappers import ResidualPolicy, SB3VecEnv
 
 ID = "SpacecraftFTC-v0"

@@ -8,7 +8,7 @@ import ftac_gym  # noqa: F401  registers the environments
 from ftac_gym import scenarios
 from ftac_gym.attitude import angle_between
 from ftac_gym.envs import SpacecraftFTCEnv
-from ftac_gym.initial_state import InitialState
+from ftac_gym.task.initial_state import InitialState
 
 SHORT = {"duration": 1.0}
 

@@ -14,14 +14,14 @@ import ftac_gym  # noqa: F401  registers the environments
 from ftac_gym import scenarios
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
 from ftac_gym.faults import KINDS, AttitudeSpike, FaultDistribution, FaultSchedule, Outage, WheelFault
-from ftac_gym.friction import Friction
-from ftac_gym.initial_state import InitialState
-from ftac_gym.low_orbit import LowOrbitTorque
-from ftac_gym.scenario import RewardWeights
-from ftac_gym.sensors import SensorErrors
-from ftac_gym.serialization import to_plain
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.friction import Friction
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task.low_orbit import LowOrbitTorque
+from ftac_gym.task.scenario import RewardWeights
+from ftac_gym.task.sensors import SensorErrors
+from ftac_gym.utils.serialization import to_plain
 from ftac_gym.wrappers import ResidualPolicy
 
 WHEELS = {

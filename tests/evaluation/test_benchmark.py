@@ -11,12 +11,12 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
 
 from ftac_gym import baselines, scenarios
+from ftac_gym.agents.agent import Interface
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.evaluation import evaluate
-from ftac_gym.evaluation.agent import Interface
 from ftac_gym.evaluation.benchmark import Entry, entries_of, fly, frozen_episodes
 from ftac_gym.evaluation.timing import step_cost
-from ftac_gym.training.keeper import save_agent
+from ftac_gym.training.callbacks import save_agent
 from ftac_gym.wrappers import SB3VecEnv
 
 FLAGSHIP, SEVERE = (scenarios.get(name).replace(duration=3.0) for name in ("flagship", "flagship_severe"))

@@ -13,9 +13,9 @@ from ftac_gym.evaluation import episode_metrics, rollout, summarize
 from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, UNITS
 from ftac_gym.evaluation.rollout import Rollout
 from ftac_gym.faults import Bias, FaultSchedule
-from ftac_gym.initial_state import InitialState
-from ftac_gym.prescribed_bound import PrescribedBound
-from ftac_gym.scenario import SuccessCriterion
+from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task.prescribed_bound import PrescribedBound
+from ftac_gym.task.scenario import SuccessCriterion
 
 DEGREE = np.pi / 180.0
 STEPS, PERIOD, LIMIT, WHEELS = 100, 0.1, 0.2, 4

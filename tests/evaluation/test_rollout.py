@@ -11,7 +11,7 @@ from ftac_gym import baselines, scenarios
 from ftac_gym.attitude import angle_between
 from ftac_gym.dynamics import Simulator
 from ftac_gym.evaluation import BaselineContestant, Rollout, resolve_policy, rollout
-from ftac_gym.initial_state import InitialState
+from ftac_gym.task.initial_state import InitialState
 
 SHORT = scenarios.get("flagship").replace(duration=6.0)
 TRACKING = scenarios.get("flagship_tracking").replace(duration=6.0)

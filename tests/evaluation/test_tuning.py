@@ -14,11 +14,12 @@ import pytest
 from ftac_gym import baselines, scenarios
 from ftac_gym.baselines import Range, tuned
 from ftac_gym.baselines.controllers.pd import PD, PDDisturbanceObserver
-from ftac_gym.evaluation import BaselineContestant, rollout, search, tuning
-from ftac_gym.evaluation.search import FAILED, Search, fly, mean_return
+from ftac_gym.evaluation import BaselineContestant, rollout, tuning
+from ftac_gym.evaluation import tuning_objective as search
 from ftac_gym.evaluation.tuning import open_study, store, tune
-from ftac_gym.initial_state import InitialState
-from ftac_gym.objective import SuccessCriterion
+from ftac_gym.evaluation.tuning_objective import FAILED, Search, fly, mean_return
+from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task.objective import SuccessCriterion
 
 # Small turns, which fit into four seconds.
 TINY = scenarios.get("flagship").replace(
@@ -340,5 +341,5 @@ def test_gains_that_are_not_there(tmp_path, monkeypatch):
 
 
 def test_the_package_does_not_need_optuna():
-    code = "import sys, ftac_gym.evaluation, ftac_gym.evaluation.search; sys.exit('optuna' in sys.modules)"
+    code = "import sys, ftac_gym.evaluation, ftac_gym.evaluation.tuning_objective; sys.exit('optuna' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0

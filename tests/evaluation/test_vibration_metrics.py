@@ -12,7 +12,7 @@ from ftac_gym.evaluation.compare import TABLE_METRICS
 from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, SHARES, UNITS
 from ftac_gym.evaluation.rollout import Rollout
 from ftac_gym.evaluation.tables import metric_tables
-from ftac_gym.scenario import SuccessCriterion
+from ftac_gym.task.scenario import SuccessCriterion
 
 STEPS, PERIOD, LAST = 400, 0.1, 100
 DEGREE = np.pi / 180.0

@@ -25,11 +25,11 @@ from ftac_gym.faults import (
     fault_effect,
 )
 from ftac_gym.faults.table import healthy
-from ftac_gym.friction import Friction
-from ftac_gym.initial_state import InitialState
-from ftac_gym.scenario import Scenario
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.friction import Friction
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task.scenario import Scenario
 
 STEP = 0.02  # s
 ONE_WHEEL = WheelArray(np.eye(3)[:, :1], 0.2)

@@ -9,7 +9,6 @@ from ftac_gym import baselines, scenarios
 from ftac_gym.attitude import angle_between
 from ftac_gym.dynamics import Simulator
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
-from ftac_gym.episodes import Episodes
 from ftac_gym.faults import (
     KINDS,
     AttitudeSpike,
@@ -28,9 +27,10 @@ from ftac_gym.faults import (
     SensorFault,
     StarTrackerOutage,
 )
-from ftac_gym.friction import Friction
-from ftac_gym.initial_state import InitialState
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.friction import Friction
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.episodes import Episodes
+from ftac_gym.task.initial_state import InitialState
 
 FLAGSHIP = scenarios.get("flagship")
 RUBBING = WheelArray(FLAGSHIP.spacecraft.wheels.axes, 0.2, 12.0, spin_inertia=0.02, friction=Friction(2e-3))

@@ -29,7 +29,7 @@ from ftac_gym.faults import (
 )
 from ftac_gym.faults.specification import parse
 from ftac_gym.faults.words import drawn_faults
-from ftac_gym.parameters import Interval, draw
+from ftac_gym.utils.parameters import Interval, draw
 
 FLAGSHIP = scenarios.get("flagship")
 

@@ -6,12 +6,12 @@ from ftac_gym.baselines import observers
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.dynamics import Simulator
 from ftac_gym.faults import FaultSchedule, LossOfEffectiveness
-from ftac_gym.initial_state import InitialState
-from ftac_gym.layouts import orthogonal_and_skew, three_orthogonal
-from ftac_gym.measurement import Measurement
-from ftac_gym.scenario import Scenario
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.layouts import orthogonal_and_skew, three_orthogonal
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
 
 FREQUENCIES = np.array([0.5, 0.8, 1.1, 1.5])  # rad/s
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from ftac_gym.baselines import Baseline, Range
-from ftac_gym.baselines.allocation import pseudo_inverse, scale_to_limits
-from ftac_gym.baselines.relative_motion import relative_motion
+from ftac_gym.baselines.components.allocation import pseudo_inverse, scale_to_limits
+from ftac_gym.baselines.components.relative_motion import relative_motion
 
 
 class OwnLaw(Baseline):

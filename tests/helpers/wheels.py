@@ -4,10 +4,10 @@ import numpy as np
 
 from ftac_gym.dynamics import Simulator
 from ftac_gym.faults import FaultSchedule
-from ftac_gym.initial_state import InitialState
-from ftac_gym.scenario import Scenario
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task.scenario import Scenario
 
 LIMIT, SPIN = 0.2, 0.02  # N m, kg m^2
 

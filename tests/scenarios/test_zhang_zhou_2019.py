@@ -9,8 +9,8 @@ from helpers.laws import Target
 
 from ftac_gym import scenarios
 from ftac_gym.dynamics import Simulator
-from ftac_gym.evaluation.inverse_dynamics import peak_wheel_torque
-from ftac_gym.scenario import Scenario
+from ftac_gym.reproduction.inverse_dynamics import peak_wheel_torque
+from ftac_gym.task.scenario import Scenario
 
 NAMES = [
     "zhang_zhou_2019",

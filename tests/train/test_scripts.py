@@ -17,13 +17,13 @@ import numpy as np
 import pytest
 
 from ftac_gym import baselines, scenarios
+from ftac_gym.agents.agent import Agent
+from ftac_gym.agents.shipped import SHIPPED
 from ftac_gym.evaluation import evaluate, rollout
-from ftac_gym.evaluation.agent import Agent
 from ftac_gym.evaluation.compare import TABLE_METRICS
-from ftac_gym.evaluation.designs import SHIPPED
 from ftac_gym.evaluation.metrics import UNITS
-from ftac_gym.objective import RewardWeights
 from ftac_gym.scenarios import frozen
+from ftac_gym.task.objective import RewardWeights
 
 SCRIPTS = Path(__file__).parents[2] / "train"
 SHORT = scenarios.get("flagship").replace(duration=3.0)

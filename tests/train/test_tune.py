@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.baselines import tuned
-from ftac_gym.evaluation.search import Search, fly
 from ftac_gym.evaluation.tuning import JOURNAL, open_study
+from ftac_gym.evaluation.tuning_objective import Search, fly
 
 SCRIPTS = Path(__file__).parents[2] / "train"
 FEW = ("--baseline", "pd", "--episodes", "2")

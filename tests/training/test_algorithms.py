@@ -6,10 +6,10 @@ import pytest
 import torch
 from stable_baselines3.common.vec_env import VecNormalize
 
-from ftac_gym.evaluation.agent import Agent, Interface, load_model
+from ftac_gym.agents.agent import Agent, Interface, load_model
 from ftac_gym.training.algorithms import BASE_NOISE, build, let_actor_learn
-from ftac_gym.training.keeper import Schedule
-from ftac_gym.training.recipe import ALGORITHMS, Recipe
+from ftac_gym.training.callbacks import Schedule
+from ftac_gym.training.hyperparameters import ALGORITHMS, Recipe
 from ftac_gym.wrappers import SB3VecEnv
 
 RESIDUAL = (("ResidualPolicy", {"base": "pd_dob", "authority": 0.5}),)

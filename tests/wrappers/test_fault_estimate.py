@@ -7,10 +7,10 @@ from gymnasium.vector import AutoresetMode
 from ftac_gym import baselines
 from ftac_gym.baselines import observers
 from ftac_gym.baselines.memory import Memory
-from ftac_gym.disturbances import Disturbance
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
 from ftac_gym.envs.observation import BOUND
 from ftac_gym.faults import Bias, CommandDelay, FaultSchedule, GyroBiasStep, LossOfEffectiveness
+from ftac_gym.task.disturbances import Disturbance
 from ftac_gym.wrappers import FaultEstimateObservation
 
 CRAFT, WHEELS, LIMIT = 4, 4, 0.2

@@ -8,9 +8,9 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from ftac_gym import baselines, scenarios
-from ftac_gym.baselines.search import scheduled_share
+from ftac_gym.baselines.gains import scheduled_share
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
-from ftac_gym.initial_state import InitialState
+from ftac_gym.task.initial_state import InitialState
 from ftac_gym.wrappers import GainScheduling, ObservationHistory, ResidualPolicy, schedulable_bases
 
 CRAFT, WHEELS = 4, 4

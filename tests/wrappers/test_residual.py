@@ -9,7 +9,7 @@ from helpers.own_law import OwnLaw, OwnOracle
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
-from ftac_gym.initial_state import InitialState
+from ftac_gym.task.initial_state import InitialState
 from ftac_gym.wrappers import ResidualPolicy, VectorResidualPolicy
 
 CRAFT, WHEELS = 4, 4

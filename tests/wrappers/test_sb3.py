@@ -9,7 +9,7 @@ from stable_baselines3.common.vec_env import VecEnv, VecMonitor, VecNormalize
 
 from ftac_gym import wrappers
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
-from ftac_gym.scenario import SuccessCriterion
+from ftac_gym.task.scenario import SuccessCriterion
 from ftac_gym.wrappers import ResidualPolicy, SB3VecEnv
 
 CRAFT = 6

@@ -7,7 +7,7 @@ import pytest
 from ftac_gym import baselines, scenarios
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.faults import Bias, FaultSchedule
-from ftac_gym.initial_state import InitialState
+from ftac_gym.task.initial_state import InitialState
 from ftac_gym.wrappers import ResidualPolicy
 
 ONSET, PERIOD = 2.0, 0.1

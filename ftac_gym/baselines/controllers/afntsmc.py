@@ -6,14 +6,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from ftac_gym.baselines.adaptation import LeakyAdaptation
+from ftac_gym.baselines.components.adaptation import LeakyAdaptation
+from ftac_gym.baselines.components.reaching import PowerReaching
+from ftac_gym.baselines.components.surfaces import NonsingularTerminalSurface
 from ftac_gym.baselines.controllers.hybrid import HybridLaw
-from ftac_gym.baselines.reaching import PowerReaching
-from ftac_gym.baselines.search import Range, SearchSpace
-from ftac_gym.baselines.surfaces import NonsingularTerminalSurface
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, fields_named, positive
-from ftac_gym.scenario import Scenario
+from ftac_gym.baselines.gains import Range, SearchSpace
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, fields_named, positive
 
 
 class AFNTSMC(HybridLaw):

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from ftac_gym.baselines.components.double_cover import HybridError
 from ftac_gym.baselines.controllers.direct import DirectLaw
-from ftac_gym.baselines.double_cover import HybridError
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, require
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, require
 
 
 class ChenLaw(DirectLaw):

@@ -8,18 +8,18 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ftac_gym.attitude import mrp_derivative
-from ftac_gym.baselines.command_filter import LevantFilter
+from ftac_gym.baselines.components.command_filter import LevantFilter
+from ftac_gym.baselines.components.error_transformation import Transformed
+from ftac_gym.baselines.components.fuzzy import FuzzyApproximator
+from ftac_gym.baselines.components.reaching import PowerReaching
+from ftac_gym.baselines.components.surfaces import signed_power
 from ftac_gym.baselines.controllers.chen import ChenLaw
 from ftac_gym.baselines.controllers.prescribed import PrescribedError
-from ftac_gym.baselines.error_transformation import Transformed
-from ftac_gym.baselines.fuzzy import FuzzyApproximator
-from ftac_gym.baselines.reaching import PowerReaching
-from ftac_gym.baselines.search import Range, SearchSpace
-from ftac_gym.baselines.surfaces import signed_power
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, fields_named, non_negative, positive, require, whole
-from ftac_gym.prescribed_bound import PrescribedBound
-from ftac_gym.scenario import Scenario
+from ftac_gym.baselines.gains import Range, SearchSpace
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.prescribed_bound import PrescribedBound
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, positive, require, whole
 
 FILTER_STARTS = ("zero", "virtual")
 """Where the command filter starts: at zero, or at the virtual control."""
@@ -28,16 +28,16 @@ FILTER_STARTS = ("zero", "virtual")
 class ChenM1(ChenLaw):
     """Eqs. (21)-(45), corrected.
 
-    With epsilon, r and theta_t of :class:`~ftac_gym.baselines.error_transformation.ErrorTransformation` and
+    With epsilon, r and theta_t of :class:`~ftac_gym.baselines.components.error_transformation.ErrorTransformation` and
     sigma' = G w:
 
         z1 = epsilon,  s1 = z1 - xi,  a = G^-1 r^-1 [-k1 z1 - tau1 sig(s1)^g - theta_t]
-        x_c follows a through :class:`~ftac_gym.baselines.command_filter.LevantFilter`
+        x_c follows a through :class:`~ftac_gym.baselines.components.command_filter.LevantFilter`
         xi' = -k1 xi + r G (x_c - a) - l1 sign(xi)
         s2 = w - x_c
         v  = J0 [-k2 s2 - theta P'P s2 / (2 h^2) - tau2 sig(s2)^g]
 
-    with theta and P of :class:`~ftac_gym.baselines.fuzzy.FuzzyApproximator` on (w, x_c, x_c'). theta takes one Euler
+    with theta and P of :class:`~..components.fuzzy.FuzzyApproximator` on (w, x_c, x_c'). theta takes one Euler
     step per call, filter and xi take ``filter_substeps`` with the virtual control held. r^-1 times epsilon is largest
     inside the bounds and goes to zero at them, where the virtual control is to move with the bound, not to leave it.
 
@@ -61,7 +61,7 @@ class ChenM1(ChenLaw):
     fuzzy_width, fuzzy_gain, fuzzy_leak
         h, lambda, m1.
     bound
-        Fields of the :class:`~ftac_gym.prescribed_bound.PrescribedBound` that differ from the scenario's.
+        Fields of the :class:`~ftac_gym.task.prescribed_bound.PrescribedBound` that differ from the scenario's.
     mirror
         Whether the bounds of each craft are mirrored, axis by axis, to the signs of its start.
     margin

@@ -5,18 +5,18 @@ from __future__ import annotations
 from typing import ClassVar
 
 from ftac_gym.attitude import angular_velocity_from_mrp
+from ftac_gym.baselines.components.fuzzy import FuzzyApproximator
 from ftac_gym.baselines.controllers.chen import ChenLaw
-from ftac_gym.baselines.fuzzy import FuzzyApproximator
-from ftac_gym.baselines.search import Range, SearchSpace
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, positive
-from ftac_gym.scenario import Scenario
+from ftac_gym.baselines.gains import Range, SearchSpace
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, positive
 
 
 class ChenM2(ChenLaw):
     """Eqs. (64)-(66), corrected: a = -k1 G^-1 sigma, z2 = w - a, v = J0 [-k2 z2 - theta P'P z2 / (2 h^2)].
 
-    theta and P are those of :class:`~ftac_gym.baselines.fuzzy.FuzzyApproximator` on (w, a); its inputs are not printed.
+    theta and P are those of :class:`~..components.fuzzy.FuzzyApproximator` on (w, a); its inputs are not printed.
     (65) and (66) are printed with M1's s2.
 
     Parameters

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from ftac_gym.baselines.allocation import MinimaxAllocation, limit_each, scale_to_limits
 from ftac_gym.baselines.baseline import Baseline
+from ftac_gym.baselines.components.allocation import MinimaxAllocation, limit_each, scale_to_limits
+from ftac_gym.baselines.components.relative_motion import RelativeMotion, relative_motion
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter
-from ftac_gym.baselines.relative_motion import RelativeMotion, relative_motion
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray
 
 
 class DirectLaw(Baseline):

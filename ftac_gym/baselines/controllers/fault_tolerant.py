@@ -9,15 +9,15 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ftac_gym.baselines import observers
-from ftac_gym.baselines.allocation import EffectivenessAllocation, MinimaxAllocation
 from ftac_gym.baselines.baseline import Baseline
+from ftac_gym.baselines.components.allocation import EffectivenessAllocation, MinimaxAllocation
+from ftac_gym.baselines.components.gyroscopic import GyroscopicModel
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.fault_source import FaultSource
-from ftac_gym.baselines.gyroscopic import GyroscopicModel
-from ftac_gym.baselines.search import SearchSpace
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, fields_named, require
-from ftac_gym.scenario import Scenario
+from ftac_gym.baselines.gains import SearchSpace
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, fields_named, require
 
 
 class FaultTolerantLaw(Baseline):
@@ -41,7 +41,7 @@ class FaultTolerantLaw(Baseline):
     """
 
     allocation_power: ClassVar[float] = 1.0
-    """Exponent of the allocation, see :class:`~ftac_gym.baselines.allocation.EffectivenessAllocation`."""
+    """Exponent of the allocation, see :class:`~ftac_gym.baselines.components.allocation.EffectivenessAllocation`."""
     takes_torques: ClassVar[bool] = False
     """Whether the law takes off a torque on the body that an observer of torques sees; else it asks for the wheels'."""
 

@@ -10,14 +10,14 @@ import numpy as np
 
 from ftac_gym.attitude import cross
 from ftac_gym.baselines import synthesis
-from ftac_gym.baselines.allocation import limit_each, scale_to_limits
+from ftac_gym.baselines.components.allocation import limit_each, scale_to_limits
+from ftac_gym.baselines.components.relative_motion import RelativeMotion, relative_motion
+from ftac_gym.baselines.components.takagi_sugeno import TakagiSugenoModel
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantLaw
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter
-from ftac_gym.baselines.relative_motion import RelativeMotion, relative_motion
-from ftac_gym.baselines.takagi_sugeno import TakagiSugenoModel
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, non_negative, require
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, non_negative, require
 
 LIMITS = ("each", "sum")
 

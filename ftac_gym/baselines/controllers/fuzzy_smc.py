@@ -7,13 +7,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ftac_gym.baselines.components.relative_motion import RelativeMotion
+from ftac_gym.baselines.components.takagi_sugeno import TriangularSets
 from ftac_gym.baselines.controllers.flexible import FlexibleLaw, scheduled_feedback
-from ftac_gym.baselines.relative_motion import RelativeMotion
-from ftac_gym.baselines.search import Range, SearchSpace
-from ftac_gym.baselines.takagi_sugeno import TriangularSets
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, non_negative, positive
-from ftac_gym.scenario import Scenario
+from ftac_gym.baselines.gains import Range, SearchSpace
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
 
 class FuzzySMC(FlexibleLaw):

@@ -7,13 +7,13 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from ftac_gym.baselines.components.reaching import saturation, soft_sign
+from ftac_gym.baselines.components.relative_motion import RelativeMotion
 from ftac_gym.baselines.controllers.hybrid import HybridLaw
-from ftac_gym.baselines.reaching import saturation, soft_sign
-from ftac_gym.baselines.relative_motion import RelativeMotion
-from ftac_gym.baselines.search import Range, SearchSpace
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, finite, non_negative, positive, require, within
-from ftac_gym.scenario import Scenario
+from ftac_gym.baselines.gains import Range, SearchSpace
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, finite, non_negative, positive, require, within
 
 COMPENSATIONS = ("norm", "componentwise", "sliding")
 """Forms of the fault term: as printed; with each component's own |u1_i|; along S instead of w_e."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from ftac_gym.attitude import cross, rotate_to_body
+from ftac_gym.baselines.components.double_cover import HybridError
+from ftac_gym.baselines.components.relative_motion import RelativeMotion
 from ftac_gym.baselines.controllers.direct import DirectLaw
-from ftac_gym.baselines.double_cover import HybridError
-from ftac_gym.baselines.relative_motion import RelativeMotion
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, non_negative
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, non_negative
 
 
 class HybridLaw(DirectLaw):
@@ -21,7 +21,7 @@ class HybridLaw(DirectLaw):
     scenario, num_craft
         As for every baseline.
     hysteresis
-        eta, see :class:`~ftac_gym.baselines.double_cover.HybridError`; None never jumps.
+        eta, see :class:`~ftac_gym.baselines.components.double_cover.HybridError`; None never jumps.
     attitude_filter_time
         Time constant of the attitude filter [s]; zero uses the star tracker as it comes.
 

@@ -8,13 +8,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ftac_gym.attitude import mrp_derivative
+from ftac_gym.baselines.components.reaching import ExponentialReaching
+from ftac_gym.baselines.components.surfaces import NonsingularTerminalSurface
 from ftac_gym.baselines.controllers.relative import RelativeLaw
-from ftac_gym.baselines.reaching import ExponentialReaching
-from ftac_gym.baselines.search import Range, SearchSpace, scheduled_share
-from ftac_gym.baselines.surfaces import NonsingularTerminalSurface
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, non_negative, positive, require
-from ftac_gym.scenario import Scenario
+from ftac_gym.baselines.gains import Range, SearchSpace, scheduled_share
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, non_negative, positive, require
 
 
 class NFTSM(RelativeLaw):

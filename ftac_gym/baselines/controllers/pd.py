@@ -7,17 +7,17 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ftac_gym.baselines.allocation import MinimaxAllocation, pseudo_inverse, scale_to_limits
 from ftac_gym.baselines.baseline import Baseline
+from ftac_gym.baselines.components.allocation import MinimaxAllocation, pseudo_inverse, scale_to_limits
+from ftac_gym.baselines.components.gyroscopic import GyroscopicModel
+from ftac_gym.baselines.components.relative_motion import relative_motion
 from ftac_gym.baselines.estimate import FaultEstimate
-from ftac_gym.baselines.gyroscopic import GyroscopicModel
+from ftac_gym.baselines.gains import Range, SearchSpace, scheduled_share
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter
 from ftac_gym.baselines.observers.disturbance_observer import DisturbanceObserver
-from ftac_gym.baselines.relative_motion import relative_motion
-from ftac_gym.baselines.search import Range, SearchSpace, scheduled_share
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, positive, require
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, positive, require
 
 
 class PD(Baseline):

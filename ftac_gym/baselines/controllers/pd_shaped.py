@@ -14,13 +14,13 @@ from ftac_gym.attitude import (
     quaternion_product,
     rotation_vector_from_quaternion,
 )
+from ftac_gym.baselines.components.input_shaping import SIGNS, rest_to_rest, shaper_of
 from ftac_gym.baselines.controllers.pd import PDDisturbanceObserver
-from ftac_gym.baselines.input_shaping import SIGNS, rest_to_rest, shaper_of
+from ftac_gym.baselines.gains import Range, SearchSpace
 from ftac_gym.baselines.memory import BoolArray
-from ftac_gym.baselines.search import Range, SearchSpace
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, positive, require
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, positive, require
 
 _FIRST_AXIS = np.array([1.0, 0.0, 0.0])
 
@@ -36,7 +36,7 @@ class ShapedPD(PDDisturbanceObserver):
     where [.] is the quaternion of a rotation vector. phi takes out w_0 about its own axis m, from phi' = |w_0| to rest;
     theta turns from rest to rest about the axis n that leads to the set point from where that stop would end. Both are
     accelerated by at most a share of what healthy wheels can give about their axes, and both are convolved with an
-    input shaper for the clamped modes (:mod:`ftac_gym.baselines.input_shaping`; Singer and Seering 1990). phi stays
+    input shaper for the clamped modes (:mod:`~..input_shaping`; Singer and Seering 1990). phi stays
     small, so that w_d' is all but linear in the shaped accelerations: a hub that follows leaves the modes at rest.
 
     The torque is that of ``pd_dob`` with the errors with respect to q_d and w_d, and J times the mean of w_d' over the

@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from ftac_gym.attitude import angular_velocity_from_mrp, mrp_curvature, mrp_derivative
+from ftac_gym.baselines.components.predefined_time_gain import PredefinedTime, PredefinedTimeSliding
+from ftac_gym.baselines.components.reaching import switching
 from ftac_gym.baselines.controllers.relative import RelativeLaw
-from ftac_gym.baselines.predefined_time import PredefinedTime, PredefinedTimeSliding
-from ftac_gym.baselines.reaching import switching
-from ftac_gym.baselines.search import Range, SearchSpace
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, fields_named, non_negative, positive, require
-from ftac_gym.scenario import Scenario
+from ftac_gym.baselines.gains import Range, SearchSpace
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, positive, require
 
 
 class PredefinedTimeLaw(RelativeLaw):

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.baselines.error_transformation import ErrorTransformation, Transformed
+from ftac_gym.baselines.components.error_transformation import ErrorTransformation, Transformed
 from ftac_gym.baselines.memory import Memory
-from ftac_gym.parameters import FloatArray, fields_named, require
-from ftac_gym.prescribed_bound import PrescribedBound
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.prescribed_bound import PrescribedBound
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, fields_named, require
 
 
 class PrescribedError:
@@ -27,12 +27,12 @@ class PrescribedError:
         Where it is kept which craft has started, and which bounds are mirrored.
     changes
         Fields of the bound that differ from the task's, or, if that has none, from
-        :class:`~ftac_gym.prescribed_bound.PrescribedBound`'s own.
+        :class:`~ftac_gym.task.prescribed_bound.PrescribedBound`'s own.
     mirror
         Whether a craft's bounds are exchanged, axis by axis, where its start has the sign of the narrower side. Metrics
         know nothing of it: they are to be asked with a scenario whose bound is ``bound.mirrored(axes)``.
     margin
-        See :class:`~ftac_gym.baselines.error_transformation.ErrorTransformation`.
+        See :class:`~ftac_gym.baselines.components.error_transformation.ErrorTransformation`.
 
     Raises
     ------

@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+from ftac_gym.baselines.components.error_transformation import Transformed
+from ftac_gym.baselines.components.reaching import PowerReaching
 from ftac_gym.baselines.controllers.prescribed import PrescribedError
 from ftac_gym.baselines.controllers.relative import RelativeLaw
-from ftac_gym.baselines.error_transformation import Transformed
-from ftac_gym.baselines.reaching import PowerReaching
-from ftac_gym.baselines.search import Range, SearchSpace
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, fields_named, positive
-from ftac_gym.prescribed_bound import PrescribedBound
-from ftac_gym.scenario import Scenario
+from ftac_gym.baselines.gains import Range, SearchSpace
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.prescribed_bound import PrescribedBound
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, fields_named, positive
 
 
 class PrescribedPerformance(RelativeLaw):
     """The error transformation of Chen et al. 2018 for control at some 10 Hz.
 
-    With epsilon, r and theta of :class:`~ftac_gym.baselines.error_transformation.ErrorTransformation` for the error
+    With epsilon, r and theta of :class:`~..components.error_transformation.ErrorTransformation` for the error
     MRP sigma_e, which is always on the short branch:
 
         a    = G^-1 r^-1 [-k1 epsilon - theta]
@@ -44,7 +44,7 @@ class PrescribedPerformance(RelativeLaw):
     rate_power_gain, power
         tau2, g.
     bound
-        Fields of the :class:`~ftac_gym.prescribed_bound.PrescribedBound` that differ from the scenario's.
+        Fields of the :class:`~ftac_gym.task.prescribed_bound.PrescribedBound` that differ from the scenario's.
     mirror, margin
         See :class:`~ftac_gym.baselines.controllers.prescribed.PrescribedError`.
     attitude_filter_time

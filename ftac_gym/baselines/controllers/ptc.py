@@ -11,14 +11,14 @@ from ftac_gym.attitude import (
     mrp_derivative,
     mrp_from_quaternion,
 )
-from ftac_gym.baselines.allocation import limit_each
+from ftac_gym.baselines.components.allocation import limit_each
+from ftac_gym.baselines.components.predefined_time_gain import PredefinedTime, PredefinedTimeSliding
+from ftac_gym.baselines.components.reaching import switching
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantLaw
-from ftac_gym.baselines.predefined_time import PredefinedTime, PredefinedTimeSliding
-from ftac_gym.baselines.reaching import switching
-from ftac_gym.baselines.search import Range, SearchSpace
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, fields_named, non_negative, require
-from ftac_gym.scenario import Scenario
+from ftac_gym.baselines.gains import Range, SearchSpace
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, require
 
 
 class _State(NamedTuple):

@@ -7,14 +7,14 @@ from typing import ClassVar
 import numpy as np
 
 from ftac_gym.attitude import cross
-from ftac_gym.baselines.adaptation import LeakyAdaptation
+from ftac_gym.baselines.components.adaptation import LeakyAdaptation
+from ftac_gym.baselines.components.relative_motion import RelativeMotion
+from ftac_gym.baselines.components.surfaces import NonsingularTerminalSurface, signed_power
 from ftac_gym.baselines.controllers.flexible import FlexibleLaw
-from ftac_gym.baselines.relative_motion import RelativeMotion
-from ftac_gym.baselines.search import Range, SearchSpace
-from ftac_gym.baselines.surfaces import NonsingularTerminalSurface, signed_power
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, fields_named, non_negative, positive, require
-from ftac_gym.scenario import Scenario
+from ftac_gym.baselines.gains import Range, SearchSpace
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, positive, require
 
 
 class RAFTSMCClass(FlexibleLaw):

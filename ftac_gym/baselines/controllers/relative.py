@@ -6,13 +6,13 @@ from abc import abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from ftac_gym.baselines.allocation import scale_to_limits
+from ftac_gym.baselines.components.allocation import scale_to_limits
+from ftac_gym.baselines.components.relative_motion import RelativeMotion, relative_motion
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantLaw
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter
-from ftac_gym.baselines.relative_motion import RelativeMotion, relative_motion
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray
 
 
 def _mrp(motion: RelativeMotion) -> FloatArray:

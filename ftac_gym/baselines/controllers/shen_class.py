@@ -6,15 +6,15 @@ from typing import ClassVar
 
 import numpy as np
 
-from ftac_gym.baselines.adaptation import LeakyAdaptation
-from ftac_gym.baselines.allocation import limit_each
+from ftac_gym.baselines.components.adaptation import LeakyAdaptation
+from ftac_gym.baselines.components.allocation import limit_each
+from ftac_gym.baselines.components.relative_motion import relative_motion
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantLaw
+from ftac_gym.baselines.gains import Range, SearchSpace
 from ftac_gym.baselines.observers.rate_predictor import RatePredictor
-from ftac_gym.baselines.relative_motion import relative_motion
-from ftac_gym.baselines.search import Range, SearchSpace
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, fields_named, non_negative, positive, require
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, positive, require
 
 
 class ShenClass(FaultTolerantLaw):

@@ -8,12 +8,12 @@ from typing import ClassVar
 import numpy as np
 
 from ftac_gym.attitude import cross
+from ftac_gym.baselines.components.reaching import saturation
 from ftac_gym.baselines.controllers.hybrid import HybridLaw
-from ftac_gym.baselines.reaching import saturation
-from ftac_gym.baselines.search import Range, SearchSpace
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, positive, require
-from ftac_gym.scenario import Scenario
+from ftac_gym.baselines.gains import Range, SearchSpace
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, positive, require
 
 STARTS = ("matched", "zero")
 """How the filter starts: with v = 0, or with q_c = 0."""

@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from ftac_gym.attitude import mrp_derivative
+from ftac_gym.baselines.components.reaching import PowerReaching
+from ftac_gym.baselines.components.surfaces import FastTerminalSurface
 from ftac_gym.baselines.controllers.relative import RelativeLaw
-from ftac_gym.baselines.reaching import PowerReaching
-from ftac_gym.baselines.search import Range, SearchSpace
-from ftac_gym.baselines.surfaces import FastTerminalSurface
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, fields_named
-from ftac_gym.scenario import Scenario
+from ftac_gym.baselines.gains import Range, SearchSpace
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, fields_named
 
 
 class TSMCClass(RelativeLaw):
@@ -29,7 +29,7 @@ class TSMCClass(RelativeLaw):
         Where the estimates of the faults come from.
     linear, terminal, exponent, guard
         a, b [rad/s], p, and where the slope of the power is held, see
-        :class:`~ftac_gym.baselines.surfaces.FastTerminalSurface`.
+        :class:`~ftac_gym.baselines.components.surfaces.FastTerminalSurface`.
     reaching_linear, reaching_power_gain, reaching_exponent
         k [1/s], l, g.
     attitude_filter_time

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from ftac_gym.baselines.allocation import limit_each
-from ftac_gym.baselines.anti_saturation import AntiSaturation
+from ftac_gym.baselines.components.allocation import limit_each
+from ftac_gym.baselines.components.anti_saturation import AntiSaturation
+from ftac_gym.baselines.components.radial_basis import RadialBasisNetwork
+from ftac_gym.baselines.components.reaching import ExponentialReaching
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantLaw
 from ftac_gym.baselines.estimate import FaultEstimate
-from ftac_gym.baselines.radial_basis import RadialBasisNetwork
-from ftac_gym.baselines.reaching import ExponentialReaching
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, fields_named, non_negative
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative
 
 
 class ZhangZhou(FaultTolerantLaw):
@@ -34,7 +34,7 @@ class ZhangZhou(FaultTolerantLaw):
     network_gain
         mu3 (or theta2), learning gain of the network; zero switches it off.
     anti_saturation
-        Gains of :class:`~ftac_gym.baselines.anti_saturation.AntiSaturation`; None leaves it out, since all it adds is
+        Gains of :class:`~..components.anti_saturation.AntiSaturation`; None leaves it out, since all it adds is
         a dependence on the integrator's step.
 
     Raises

@@ -8,14 +8,14 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ftac_gym.attitude import mrp_derivative, mrp_from_quaternion, quaternion_error
-from ftac_gym.baselines.adaptation import LeakyAdaptation
+from ftac_gym.baselines.components.adaptation import LeakyAdaptation
+from ftac_gym.baselines.components.reaching import switching
+from ftac_gym.baselines.components.surfaces import signed_power
 from ftac_gym.baselines.controllers.zhang_zhou import ZhangZhou
-from ftac_gym.baselines.reaching import switching
-from ftac_gym.baselines.search import Range, SearchSpace
-from ftac_gym.baselines.surfaces import signed_power
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, fields_named, non_negative, require, within
-from ftac_gym.scenario import Scenario
+from ftac_gym.baselines.gains import Range, SearchSpace
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, require, within
 
 
 class ZhangZhouStabilisation(ZhangZhou):

@@ -13,14 +13,14 @@ from ftac_gym.attitude import (
     mrp_derivative,
     mrp_from_quaternion,
 )
-from ftac_gym.baselines.adaptation import LeakyAdaptation
+from ftac_gym.baselines.components.adaptation import LeakyAdaptation
+from ftac_gym.baselines.components.reaching import switching
+from ftac_gym.baselines.components.surfaces import NonsingularTerminalSurface
 from ftac_gym.baselines.controllers.zhang_zhou import ZhangZhou
-from ftac_gym.baselines.reaching import switching
-from ftac_gym.baselines.search import Range, SearchSpace
-from ftac_gym.baselines.surfaces import NonsingularTerminalSurface
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, fields_named, finite, non_negative, positive, require
-from ftac_gym.scenario import Scenario
+from ftac_gym.baselines.gains import Range, SearchSpace
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, fields_named, finite, non_negative, positive, require
 
 
 class _State(NamedTuple):

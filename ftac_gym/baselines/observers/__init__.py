@@ -9,16 +9,16 @@ from collections.abc import Mapping
 from typing import Any, Protocol
 
 from ftac_gym.baselines.estimate import FaultEstimate
+from ftac_gym.baselines.gains import SearchSpace
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.observers.fuzzy_observer import FuzzyObserver
 from ftac_gym.baselines.observers.iterative_learning_observer import IterativeLearningObserver
 from ftac_gym.baselines.observers.learning_observer import LearningObserver
 from ftac_gym.baselines.observers.sliding_mode_observer import SlidingModeObserver
 from ftac_gym.baselines.observers.tachometer import Tachometer
-from ftac_gym.baselines.search import SearchSpace
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, require
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, require
 
 
 class FaultObserver(Protocol):

@@ -6,9 +6,9 @@ import numpy as np
 
 from ftac_gym.attitude import canonical, quaternion_conjugate, quaternion_from_rotation_vector, quaternion_product
 from ftac_gym.baselines.memory import Memory
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, non_negative
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, non_negative
 
 
 class AttitudeFilter:

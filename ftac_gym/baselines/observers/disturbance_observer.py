@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ftac_gym.baselines.gyroscopic import GyroscopicModel
+from ftac_gym.baselines.components.gyroscopic import GyroscopicModel
 from ftac_gym.baselines.memory import Memory
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, positive
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, positive
 
 
 class DisturbanceObserver:

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.baselines.memory import Memory
-from ftac_gym.parameters import FloatArray, positive
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, positive
 
 
 class Excitation:

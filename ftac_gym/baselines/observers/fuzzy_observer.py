@@ -8,15 +8,15 @@ from typing import ClassVar
 import numpy as np
 
 from ftac_gym.baselines import synthesis
+from ftac_gym.baselines.components.takagi_sugeno import TakagiSugenoModel, TriangularSets
 from ftac_gym.baselines.estimate import FaultEstimate
+from ftac_gym.baselines.gains import SearchSpace
 from ftac_gym.baselines.memory import Memory
-from ftac_gym.baselines.search import SearchSpace
 from ftac_gym.baselines.synthesis import ObserverGains, error_dynamics
-from ftac_gym.baselines.takagi_sugeno import TakagiSugenoModel, TriangularSets
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, positive, require
-from ftac_gym.scenario import Scenario
-from ftac_gym.vibration import hub_torque
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.task.vibration import hub_torque
+from ftac_gym.utils.parameters import FloatArray, positive, require
 
 METHODS = ("rk4", "euler")
 STARTS = ("measured", "zero")

@@ -7,12 +7,12 @@ from typing import ClassVar
 import numpy as np
 
 from ftac_gym.baselines.estimate import FaultEstimate
+from ftac_gym.baselines.gains import Range, SearchSpace
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.observers.rate_predictor import RatePredictor
-from ftac_gym.baselines.search import Range, SearchSpace
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, positive, require
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, positive, require
 
 
 class IterativeLearningObserver:

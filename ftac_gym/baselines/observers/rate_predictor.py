@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.baselines.gyroscopic import GyroscopicModel
+from ftac_gym.baselines.components.gyroscopic import GyroscopicModel
 from ftac_gym.baselines.memory import Memory
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray
 
 
 class RatePredictor:

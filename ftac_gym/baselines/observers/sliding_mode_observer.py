@@ -7,15 +7,15 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from ftac_gym.baselines.components.reaching import switching
 from ftac_gym.baselines.estimate import FaultEstimate
+from ftac_gym.baselines.gains import Range, SearchSpace
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.observers.excitation import Excitation
 from ftac_gym.baselines.observers.rate_predictor import RatePredictor
-from ftac_gym.baselines.reaching import switching
-from ftac_gym.baselines.search import Range, SearchSpace
-from ftac_gym.measurement import Measurement
-from ftac_gym.parameters import FloatArray, non_negative, positive, within
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, non_negative, positive, within
 
 BoolArray = npt.NDArray[np.bool_]
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.baselines.synthesis.regions import Disc, poles
-from ftac_gym.parameters import FloatArray
+from ftac_gym.utils.parameters import FloatArray
 
 SLACK = 1e-6
 """Relative rounding error that a boundary may be missed by: the optimum lies on it."""

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from ftac_gym.baselines.components.takagi_sugeno import TakagiSugenoModel
 from ftac_gym.baselines.synthesis.certificate import SLACK, Certificate, certificate
 from ftac_gym.baselines.synthesis.gains import ControllerGains
 from ftac_gym.baselines.synthesis.regions import Disc
 from ftac_gym.baselines.synthesis.solver import cvxpy, minimised, negative, unsolvable
-from ftac_gym.baselines.takagi_sugeno import TakagiSugenoModel
-from ftac_gym.parameters import FloatArray, positive, require
+from ftac_gym.utils.parameters import FloatArray, positive, require
 
 DISC = Disc(-20.0, 20.0)
 """The region of the appendix, whose centre is printed without its sign: in the right half plane nothing is stable."""

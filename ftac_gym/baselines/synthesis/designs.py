@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ftac_gym.baselines.components.takagi_sugeno import TakagiSugenoModel
 from ftac_gym.baselines.synthesis.controller import DISC as CONTROLLER_DISC
 from ftac_gym.baselines.synthesis.controller import ControllerDesign, design_controller
 from ftac_gym.baselines.synthesis.gains import (
@@ -27,9 +28,8 @@ from ftac_gym.baselines.synthesis.gains import (
 from ftac_gym.baselines.synthesis.observer import DISC as OBSERVER_DISC
 from ftac_gym.baselines.synthesis.observer import ObserverDesign, design_observer
 from ftac_gym.baselines.synthesis.regions import Disc
-from ftac_gym.baselines.takagi_sugeno import TakagiSugenoModel
-from ftac_gym.parameters import FloatArray, require
-from ftac_gym.spacecraft import Spacecraft
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.utils.parameters import FloatArray, require
 
 DESIGNS = ("published", "solved")
 

@@ -8,7 +8,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from ftac_gym.parameters import FloatArray, require
+from ftac_gym.utils.parameters import FloatArray, require
 
 RULES = 8
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ftac_gym.baselines.components.takagi_sugeno import TakagiSugenoModel
 from ftac_gym.baselines.synthesis.certificate import SLACK, Certificate, certificate
 from ftac_gym.baselines.synthesis.gains import (
     ObserverGains,
@@ -16,8 +17,7 @@ from ftac_gym.baselines.synthesis.gains import (
 )
 from ftac_gym.baselines.synthesis.regions import Disc
 from ftac_gym.baselines.synthesis.solver import cvxpy, minimised, negative, unsolvable
-from ftac_gym.baselines.takagi_sugeno import TakagiSugenoModel
-from ftac_gym.parameters import FloatArray, matrix, positive, require
+from ftac_gym.utils.parameters import FloatArray, matrix, positive, require
 
 DISC = Disc(-10.0, 10.0)
 """The region of section 5.2."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.parameters import FloatArray, finite, positive
+from ftac_gym.utils.parameters import FloatArray, finite, positive
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ftac_gym.parameters import FloatArray
+from ftac_gym.utils.parameters import FloatArray
 
 VIEW_FROM = (2.2, -3.6, 1.9)
 """Where the camera stands, inertial axes; the sphere of directions has radius 1."""

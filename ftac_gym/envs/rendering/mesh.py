@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ftac_gym.appendages import FlexibleAppendages
-from ftac_gym.directions import circle
-from ftac_gym.parameters import FloatArray
+from ftac_gym.spacecraft.appendages import FlexibleAppendages
+from ftac_gym.utils.directions import circle
+from ftac_gym.utils.parameters import FloatArray
 
 HALF = np.array([0.17, 0.17, 0.22])
 """Half-sizes of the body; the sphere of directions has radius 1."""

@@ -12,7 +12,7 @@ from ftac_gym.envs.rendering import mesh, palette
 from ftac_gym.envs.rendering.palette import Color
 from ftac_gym.envs.rendering.snapshot import Snapshot
 from ftac_gym.envs.rendering.toolkit import Lettering
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.scenario import Scenario
 
 NEAREST, FARTHEST = 1e-3, 180.0
 """Pointing errors [deg] at the middle and at the edge of the inset, which is logarithmic in between."""

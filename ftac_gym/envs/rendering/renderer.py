@@ -13,8 +13,8 @@ from ftac_gym.envs.rendering.readouts import Readouts
 from ftac_gym.envs.rendering.scene import Scene
 from ftac_gym.envs.rendering.snapshot import Snapshot
 from ftac_gym.envs.rendering.toolkit import drawing_library
-from ftac_gym.parameters import require
-from ftac_gym.scenario import Scenario
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import require
 
 SMALLEST = (320, 240)
 """Width and height below which nothing can be read [pixels]."""

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 from ftac_gym.attitude import rotation_matrix
-from ftac_gym.directions import circle, graticule
 from ftac_gym.envs.rendering import mesh, palette
 from ftac_gym.envs.rendering.camera import Camera
 from ftac_gym.envs.rendering.snapshot import Snapshot
 from ftac_gym.envs.rendering.toolkit import Lettering
-from ftac_gym.parameters import FloatArray
-from ftac_gym.spacecraft import Spacecraft
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.utils.directions import circle, graticule
+from ftac_gym.utils.parameters import FloatArray
 
 BORESIGHT = 2
 """Index of the body axis whose path is drawn: the third."""

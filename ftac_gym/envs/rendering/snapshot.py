@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ftac_gym.envs.core import Core
 from ftac_gym.faults.words import Words, acting_faults
-from ftac_gym.parameters import FloatArray
+from ftac_gym.utils.parameters import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,10 +9,10 @@ from helpers.flexible_craft import INERTIA, PYRAMID, li_spacecraft, random_appen
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ftac_gym.baselines.components.takagi_sugeno import TakagiSugenoModel
 from ftac_gym.baselines.synthesis import ControllerGains, Disc, certify_controller, design_controller, published
-from ftac_gym.baselines.takagi_sugeno import TakagiSugenoModel
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.spacecraft.wheel_array import WheelArray
 
 cvxpy = pytest.importorskip("cvxpy")
 

@@ -14,15 +14,15 @@ from helpers.flexible_craft import INERTIA, PYRAMID, li_spacecraft, random_appen
 
 from ftac_gym import scenarios
 from ftac_gym.baselines import synthesis
+from ftac_gym.baselines.components.takagi_sugeno import TakagiSugenoModel
 from ftac_gym.baselines.synthesis.gains import (
     controller_from,
     default_fault_proportional,
     default_vibration_proportional,
     observer_from,
 )
-from ftac_gym.baselines.takagi_sugeno import TakagiSugenoModel
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.spacecraft.wheel_array import WheelArray
 
 KEPT = resources.files("ftac_gym.baselines.synthesis").joinpath("kept")
 WHEELS = WheelArray(PYRAMID, 0.2)

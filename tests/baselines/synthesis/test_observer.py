@@ -8,7 +8,7 @@ from helpers.flexible_craft import INERTIA, PYRAMID, li_spacecraft, random_appen
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ftac_gym.appendages import FlexibleAppendages
+from ftac_gym.baselines.components.takagi_sugeno import TakagiSugenoModel, TriangularSets
 from ftac_gym.baselines.synthesis import (
     Disc,
     certify_observer,
@@ -17,9 +17,9 @@ from ftac_gym.baselines.synthesis import (
     error_inputs,
     published,
 )
-from ftac_gym.baselines.takagi_sugeno import TakagiSugenoModel, TriangularSets
-from ftac_gym.spacecraft import Spacecraft
-from ftac_gym.wheels import WheelArray
+from ftac_gym.spacecraft.appendages import FlexibleAppendages
+from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.spacecraft.wheel_array import WheelArray
 
 pytest.importorskip("cvxpy")
 

@@ -1,0 +1,1 @@
+"""Trained policies on disk, and those that come with the package."""

@@ -1,0 +1,1 @@
+"""Building blocks of control laws: surfaces, reaching laws, adaptation, allocation."""

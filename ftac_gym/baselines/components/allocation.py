@@ -1,0 +1,176 @@
+"""From a torque on the body to torques of the wheels."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.feasibility import envelope_normals
+from ftac_gym.utils.parameters import FloatArray, non_negative, require
+
+
+def pseudo_inverse(axes: FloatArray) -> FloatArray:
+    """Return the matrix (m, 3) that gives the smallest sum of squared wheel torques.
+
+    Parameters
+    ----------
+    axes
+        (3, m) wheel axes.
+
+    Raises
+    ------
+    ValueError
+        If the axes do not span space.
+    """
+    require(int(np.linalg.matrix_rank(axes)) == 3, "axes", "must span three dimensions", axes.tolist())
+    inverse: FloatArray = np.linalg.pinv(axes).astype(np.float64)
+    return inverse
+
+
+class EffectivenessAllocation:
+    """Wheel torques that give a torque on the body through wheels that are believed to be weak.
+
+    u = E^p D' (D E^(p+1) D')^-1 torque, so that D E u = torque: for p = 1 the pseudo-inverse of D E (Eq. (26) of Cao et
+    al. 2022), for p = 2 the allocation of Eqs. (36) and (70) of Zhang and Zhou 2019, which spares weak wheels more.
+
+    Parameters
+    ----------
+    axes
+        (3, m) wheel axes.
+    power
+        p, not negative.
+    smallest
+        Effectiveness below this counts as this, which keeps the matrix invertible however many wheels are believed
+        dead.
+
+    Raises
+    ------
+    ValueError
+        If the axes do not span space or a value breaks a rule.
+    """
+
+    def __init__(self, axes: FloatArray, power: float, smallest: float = 0.05) -> None:
+        self._healthy = pseudo_inverse(axes).T
+        self._axes = axes
+        self._power = non_negative(power, "power")
+        require(0.0 < smallest <= 1.0, "smallest", "must lie within (0, 1]", smallest)
+        self._smallest = smallest
+        self._outer = np.einsum("ij,kj->jik", axes, axes).reshape(axes.shape[1], 9)
+
+    def __call__(self, torque: FloatArray, effectiveness: FloatArray | None) -> FloatArray:
+        """Allocate torques (N, 3) [N m] to wheels (N, m) [N m], not limited; None: all wheels are healthy."""
+        if effectiveness is None:
+            return torque @ self._healthy
+        safe = np.maximum(effectiveness, self._smallest)
+        weights = safe**self._power
+        matrices = ((weights * safe) @ self._outer).reshape(-1, 3, 3)
+        solved = np.linalg.solve(matrices, torque[:, :, None])[:, :, 0]
+        allocated: FloatArray = weights * (solved @ self._axes)
+        return allocated
+
+
+class MinimaxAllocation:
+    """The wheel torques whose largest share of its wheel's limit is as small as can be.
+
+    The set of torques that wheels with limits r_j can give is a zonotope; a torque leaves it through the facet whose
+    normal n maximises |n.t| / sum_j r_j |n.D[:, j]|. On that facet all wheels but those that lie in it are at the same
+    share of their limit, and what is left lies in the facet's plane, where the same holds for its edges, and on an edge
+    for its wheels. The solution is therefore linear in the torque on the cone over each edge of each facet: a table of
+    matrices, chosen by two maxima (Markley et al., NTRS 20110015369, describe the envelope).
+
+    Parameters
+    ----------
+    wheels
+        The wheel array; wheels without a limit count as equals.
+
+    Raises
+    ------
+    ValueError
+        If the axes do not span space.
+    """
+
+    def __init__(self, wheels: WheelArray) -> None:
+        limits = wheels.torque_limits
+        scale = np.where(np.isfinite(limits), limits, 1.0)
+        axes = wheels.axis_matrix * scale
+        require(int(np.linalg.matrix_rank(axes)) == 3, "axes", "must span three dimensions", wheels.axes)
+        normals: list[FloatArray] = []
+        edges: list[list[tuple[FloatArray, FloatArray]]] = []
+        for normal in _distinct(envelope_normals(axes)):
+            across = normal @ axes
+            flat = np.abs(across) < 1e-9 * np.abs(across).max()
+            # n scaled so that n.t is the share at which the facet is reached.
+            scaled = normal / np.abs(across).sum()
+            shares = np.zeros((wheels.count, 3))
+            shares[~flat] = np.sign(across[~flat])[:, None] * scaled
+            rest = np.eye(3) - axes @ shares
+            normals.append(scaled)
+            edges.append([])
+            for chooser, part in _in_plane(normal, axes[:, flat]):
+                whole = shares.copy()
+                whole[flat] = part @ rest
+                edges[-1].append((chooser @ rest, scale[:, None] * whole))
+        most = max(len(group) for group in edges)
+        # Facets with fewer edges than others repeat their first.
+        padded = [group + group[:1] * (most - len(group)) for group in edges]
+        self._normals = np.array(normals).T
+        self._choosers = np.array([[chooser for chooser, _ in group] for group in padded])
+        self._matrices = np.array([[matrix for _, matrix in group] for group in padded])
+        self._simple = all(np.allclose(matrices, matrices[0], atol=1e-12) for matrices in self._matrices)
+
+    def __call__(self, torque: FloatArray) -> FloatArray:
+        """Allocate torques on the body (N, 3) [N m] to wheels, (N, m) [N m], not yet limited."""
+        facet = np.abs(torque @ self._normals).argmax(axis=1)
+        column = torque[:, :, None]
+        if self._simple:
+            matrices = self._matrices[facet, 0]
+        else:
+            edge = np.abs((self._choosers[facet] @ column)[:, :, 0]).argmax(axis=1)
+            matrices = self._matrices[facet, edge]
+        allocated: FloatArray = (matrices @ column)[:, :, 0]
+        return allocated
+
+
+def _distinct(directions: FloatArray) -> list[FloatArray]:
+    """Return the rows (n, 3) that are not parallel to an earlier one."""
+    kept: list[FloatArray] = []
+    for row in directions:
+        length = np.linalg.norm(row)
+        if not any(np.linalg.norm(np.cross(row, other)) < 1e-9 * length * np.linalg.norm(other) for other in kept):
+            kept.append(row)
+    return kept
+
+
+def _in_plane(normal: FloatArray, axes: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+    """Solve the problem for wheels (3, k) that lie in the plane with a normal.
+
+    Returns one pair for each distinct wheel direction: a row (3,) whose product with a torque in the plane is the share
+    at which that edge is reached, so that the largest chooses the edge, and the matrix (k, 3) of the shares on it.
+    """
+    solutions = []
+    for direction in _distinct(axes.T):
+        unit = direction / np.linalg.norm(direction)
+        side = np.cross(normal, unit)
+        across = side @ axes
+        along = np.abs(across) < 1e-9 * np.linalg.norm(axes, axis=0)
+        part = np.zeros((axes.shape[1], 3))
+        chooser = side / np.abs(across[~along]).sum()
+        part[~along] = np.sign(across[~along])[:, None] * chooser
+        lengths = unit @ axes[:, along]
+        remainder = unit @ (np.eye(3) - axes @ part)
+        part[along] = np.sign(lengths)[:, None] * remainder / np.abs(lengths).sum()
+        solutions.append((chooser, part))
+    return solutions
+
+
+def limit_each(command: FloatArray, limits: FloatArray) -> FloatArray:
+    """Hold wheel torques (N, m) within their limits (m,), each wheel by itself, as the wheels would."""
+    limited: FloatArray = np.minimum(np.maximum(command, -limits), limits)
+    return limited
+
+
+def scale_to_limits(command: FloatArray, limits: FloatArray) -> FloatArray:
+    """Shrink wheel torques (N, m) that exceed their limits (m,) so that the torque on the body keeps its direction."""
+    excess = (np.abs(command) / limits).max(axis=1, keepdims=True)
+    scaled: FloatArray = command / np.maximum(excess, 1.0)
+    return scaled

@@ -1,0 +1,255 @@
+"""Input shaping: motions of a hub that leave its appendages at rest.
+
+A mode of a hub that is turned at will obeys eta'' + 2 zeta f eta' + f^2 eta = -delta w', with the cantilever frequency
+f. It is linear in w', so that splitting a motion into parts, delayed such that the vibrations they leave cancel, leaves
+none (Singer and Seering, Preshaping Command Inputs to Reduce System Vibration, ASME J. Dyn. Syst. Meas. Control 112,
+1990, pp. 76-82).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ftac_gym.spacecraft.appendages import FlexibleAppendages
+from ftac_gym.utils.parameters import FloatArray, Vector, non_negative, positive, require, vector, whole
+
+
+@dataclass(frozen=True)
+class InputShaper:
+    """Impulses that a motion is convolved with: the sum of its copies, delayed and scaled.
+
+    Parameters
+    ----------
+    times
+        Delays (p) [s], not negative, in rising order.
+    amplitudes
+        (p) [-]; they sum to 1, so that the motion ends where it did.
+
+    Raises
+    ------
+    ValueError
+        If there is no impulse, a time is negative or out of order, or the amplitudes are not as many or do not sum
+        to 1.
+    """
+
+    times: Vector = (0.0,)
+    amplitudes: Vector = (1.0,)
+
+    def __post_init__(self) -> None:
+        """Check and normalise the fields."""
+        given = np.shape(self.times)
+        require(len(given) == 1 and given[0] >= 1, "times", "must have one number per impulse", self.times)
+        times = vector(self.times, given[0], "times")
+        amplitudes = vector(self.amplitudes, given[0], "amplitudes")
+        require(times[0] >= 0.0, "times", "must not be negative", self.times)
+        require(all(np.diff(times) >= 0.0), "times", "must be in rising order", self.times)
+        require(abs(math.fsum(amplitudes) - 1.0) < 1e-9, "amplitudes", "must sum to 1", self.amplitudes)
+        object.__setattr__(self, "times", times)
+        object.__setattr__(self, "amplitudes", amplitudes)
+
+    @property
+    def delay(self) -> float:
+        """By how much a shaped motion takes longer: the time of the last impulse [s]."""
+        return self.times[-1]
+
+    @property
+    def mean_delay(self) -> float:
+        """By how much a shaped motion lags behind while it is even: the mean of the times [s]."""
+        return math.fsum(time * amplitude for time, amplitude in zip(self.times, self.amplitudes, strict=True))
+
+    def residual(self, frequency: float, damping_ratio: float = 0.0) -> float:
+        """Return the vibration left after the last impulse, as a share of what one impulse at that time would leave.
+
+        V = exp(-zeta f t_p) sqrt(c^2 + s^2), with c + i s the sum of A_j exp(zeta f t_j) exp(i f_d t_j) and
+        f_d = f sqrt(1 - zeta^2) (Singer and Seering 1990).
+
+        Parameters
+        ----------
+        frequency
+            f [rad/s], undamped.
+        damping_ratio
+            zeta [-], below 1.
+
+        Raises
+        ------
+        ValueError
+            If the frequency is not positive or the damping ratio lies outside [0, 1).
+        """
+        frequency, damping_ratio = _mode(frequency, damping_ratio)
+        damped, decay = frequency * math.sqrt(1.0 - damping_ratio**2), damping_ratio * frequency
+        # Both exponentials in one, so that none overflows.
+        exponent = (decay + 1j * damped) * (np.array(self.times) - self.delay)
+        return float(abs(np.array(self.amplitudes) @ np.exp(exponent)))
+
+    def ramp(self, time: FloatArray) -> FloatArray:
+        """Return the shaped unit ramp, sum of A_j max(t - t_j, 0), for any times [s]; same shape."""
+        begun = self._times.searchsorted(time, side="right")
+        shaped: FloatArray = self._sums[begun] * time - self._first_moments[begun]
+        return shaped
+
+    def ramp_and_parabola(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the shaped unit ramp and its integral, sum of A_j max(t - t_j, 0)^2 / 2 [s^2]; same shape."""
+        begun = self._times.searchsorted(time, side="right")
+        total, first = self._sums[begun], self._first_moments[begun]
+        ramp = total * time - first
+        return ramp, 0.5 * ((ramp - first) * time + self._second_moments[begun])
+
+    @cached_property
+    def _times(self) -> FloatArray:
+        return np.array(self.times)
+
+    @cached_property
+    def _sums(self) -> FloatArray:
+        """Sum of the amplitudes of the first impulses, none to all (p + 1,)."""
+        return _accumulated(self.amplitudes)
+
+    @cached_property
+    def _first_moments(self) -> FloatArray:
+        return _accumulated(self.amplitudes * self._times)
+
+    @cached_property
+    def _second_moments(self) -> FloatArray:
+        return _accumulated(self.amplitudes * self._times**2)
+
+
+def zero_vibration(frequency: float, damping_ratio: float = 0.0, order: int = 1) -> InputShaper:
+    """Return the shaper that leaves no vibration of one mode.
+
+    Parameters
+    ----------
+    frequency
+        f [rad/s], undamped; of a mode of a hub that moves as told, the cantilever frequency.
+    damping_ratio
+        zeta [-], below 1.
+    order
+        1 for two impulses half a period apart (ZV), 2 for these convolved with themselves (ZVD), and so on: at the
+        frequency the derivatives of the vibration left with respect to it vanish below this order.
+
+    Raises
+    ------
+    ValueError
+        If the frequency is not positive, the damping ratio lies outside [0, 1), or the order is below 1.
+    """
+    frequency, damping_ratio = _mode(frequency, damping_ratio)
+    order = whole(order, 1, "order")
+    root = math.sqrt(1.0 - damping_ratio**2)
+    half_period, decay = math.pi / (frequency * root), math.exp(-math.pi * damping_ratio / root)
+    weights = [math.comb(order, impulse) * decay**impulse / (1.0 + decay) ** order for impulse in range(order + 1)]
+    return InputShaper(tuple(half_period * impulse for impulse in range(order + 1)), tuple(weights))
+
+
+def convolved(*shapers: InputShaper) -> InputShaper:
+    """Return the shaper that does what all of these do one after the other; of none, one impulse at once.
+
+    It has as many impulses as the product of theirs, its delay is the sum of theirs, and it leaves of any mode the
+    product of the shares that they leave.
+    """
+    times, amplitudes = np.zeros(1), np.ones(1)
+    for shaper in shapers:
+        times = np.add.outer(times, shaper.times).ravel()
+        amplitudes = np.multiply.outer(amplitudes, shaper.amplitudes).ravel()
+    order = np.argsort(times, kind="stable")
+    return InputShaper(tuple(times[order].tolist()), tuple(amplitudes[order].tolist()))
+
+
+def shaper_of(appendages: FlexibleAppendages | None, order: int = 1, modes: int | None = None) -> InputShaper:
+    """Return the shaper for the clamped modes of a spacecraft.
+
+    Parameters
+    ----------
+    appendages
+        What bends; None for a rigid body, whose shaper is one impulse at once.
+    order
+        Order of each mode's shaper.
+    modes
+        For how many modes, lowest frequency first; None for all. Modes that are alike share a shaper.
+
+    Raises
+    ------
+    ValueError
+        If the order is below 1, the number of modes is below 0, or a mode is not underdamped.
+    """
+    whole(order, 1, "order")
+    if modes is not None:
+        whole(modes, 0, "shaped_modes")
+    if appendages is None:
+        return InputShaper()
+    known = appendages.count
+    require(modes is None or modes <= known, "shaped_modes", f"must be at most {known}, the number of modes", modes)
+    ratios = np.broadcast_to(appendages.damping_ratios, appendages.count).tolist()
+    lowest = sorted(zip(appendages.frequencies, ratios, strict=True))[:modes]
+    return convolved(*(zero_vibration(frequency, ratio, order) for frequency, ratio in dict.fromkeys(lowest)))
+
+
+@dataclass(frozen=True, eq=False)
+class RestToRest:
+    """Turns of N craft about an axis, from rest to rest: full acceleration, perhaps a coast, full deceleration.
+
+    Attributes
+    ----------
+    acceleration
+        (N,) size of the acceleration [rad/s^2].
+    switches
+        (N, 4) times at which it goes up, down, down, and up again by that much [s]; the first is 0.
+    """
+
+    acceleration: FloatArray
+    switches: FloatArray
+
+    @property
+    def duration(self) -> FloatArray:
+        """(N,) time that a turn takes without a shaper [s]."""
+        return self.switches[:, 3]
+
+    def motion(self, time: FloatArray, shaper: InputShaper | None = None) -> tuple[FloatArray, FloatArray]:
+        """Return angles [rad] and rates [rad/s], each (N,), at times (N,) [s], of the shaped turns or the plain ones.
+
+        The acceleration is constant between switches (and impulses), so that rates give its mean over a period exactly.
+        """
+        since = np.asarray(time)[:, None] - self.switches
+        ramp, parabola = (shaper or InputShaper()).ramp_and_parabola(since)
+        return self.acceleration * (parabola @ SIGNS), self.acceleration * (ramp @ SIGNS)
+
+
+SIGNS: FloatArray = np.array([1.0, -1.0, -1.0, 1.0])
+"""Signs of the four steps of the acceleration of a turn from rest to rest."""
+
+
+def rest_to_rest(angle: FloatArray, acceleration: FloatArray, rate_limit: float) -> RestToRest:
+    """Return the quickest turns from rest to rest.
+
+    Parameters
+    ----------
+    angle
+        (N,) angles [rad], not negative.
+    acceleration
+        (N,) limits of the acceleration [rad/s^2], positive.
+    rate_limit
+        Limit of the rate [rad/s].
+
+    Raises
+    ------
+    ValueError
+        If the rate limit is not positive.
+    """
+    rate_limit = positive(rate_limit, "rate_limit")
+    rise = np.minimum(np.sqrt(angle / acceleration), rate_limit / acceleration)
+    # No angle takes no time, whichever way the quotient would have it.
+    fall = angle / np.maximum(acceleration * rise, np.finfo(np.float64).tiny)
+    fall = np.maximum(fall, rise)
+    return RestToRest(acceleration, np.stack((np.zeros_like(rise), rise, fall, fall + rise), axis=1))
+
+
+def _mode(frequency: float, damping_ratio: float) -> tuple[float, float]:
+    frequency, damping_ratio = positive(frequency, "frequency"), non_negative(damping_ratio, "damping_ratio")
+    require(damping_ratio < 1.0, "damping_ratio", "must be below 1", damping_ratio)
+    return frequency, damping_ratio
+
+
+def _accumulated(values: Vector | FloatArray) -> FloatArray:
+    total: FloatArray = np.concatenate((np.zeros(1), np.cumsum(values)))
+    return total

@@ -1,0 +1,138 @@
+"""Sliding surfaces: the function c(x) of the attitude error in s = rate error + c(x), and its slope.
+
+A surface is evaluated once for both, ``term, slope = surface(x)`` with ``term' = slope * x'``, axis by axis; the law
+that uses it has c' as feed-forward.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from ftac_gym.utils.parameters import FloatArray, non_negative, positive, within
+
+
+class Surface(Protocol):
+    """A function of the attitude error and its slope."""
+
+    def __call__(self, error: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return c(x) and dc/dx, each (N, 3), for errors (N, 3)."""
+
+
+def signed_power(value: FloatArray, exponent: float) -> FloatArray:
+    """Return sig(x)^a = |x|^a sign(x), elementwise."""
+    power: FloatArray = np.copysign(np.abs(value) ** exponent, value)
+    return power
+
+
+@dataclass(frozen=True)
+class _TerminalSurface:
+    """A linear term and a power below one.
+
+    Parameters
+    ----------
+    linear
+        Gain of x [rad/s per unit of x].
+    terminal
+        Gain of the power [rad/s per unit of the power].
+    exponent
+        Exponent of the power, within (0, 1).
+
+    Raises
+    ------
+    ValueError
+        If a value breaks a rule.
+    """
+
+    linear: float
+    terminal: float
+    exponent: float
+
+    def __post_init__(self) -> None:
+        """Check the fields."""
+        non_negative(self.linear, "linear")
+        non_negative(self.terminal, "terminal")
+        within(self.exponent, 0.0, 1.0, "exponent")
+
+
+@dataclass(frozen=True)
+class FastTerminalSurface(_TerminalSurface):
+    """c(x) = a x + b sig(x)^p, whose slope is singular at zero and is therefore held below a guard.
+
+    Eqs. (29), (30) and (33) of Zhang and Zhou 2019, the last with the test on x itself (it is printed for x'). Within
+    the guard the slope is not that of c: the error there is what the law pays for having no singularity.
+
+    Parameters
+    ----------
+    linear, terminal, exponent
+        a, b and p.
+    guard
+        |x| below which the slope of the second term stays at its value there.
+
+    Raises
+    ------
+    ValueError
+        If a value breaks a rule.
+    """
+
+    guard: float
+
+    def __post_init__(self) -> None:
+        """Check the fields."""
+        super().__post_init__()
+        positive(self.guard, "guard")
+
+    def __call__(self, error: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return c(x) and its guarded slope."""
+        term = self.linear * error + self.terminal * signed_power(error, self.exponent)
+        steep = np.maximum(np.abs(error), self.guard) ** (self.exponent - 1.0)
+        return term, self.linear + (self.terminal * self.exponent) * steep
+
+
+@dataclass(frozen=True)
+class NonsingularTerminalSurface(_TerminalSurface):
+    """c(x) = k1 x + k2 S(x) with S = sig(x)^r outside |x| = mu and a parabola inside that continues it.
+
+    Eqs. (63), (64) of Zhang and Zhou 2019, for negative x too. The coefficients of the parabola c1 x + c2 x |x| are not
+    free, as it is printed: c1 = (2 - r) mu^(r-1) and c2 = (r - 1) mu^(r-2) make value and slope continuous.
+
+    Parameters
+    ----------
+    linear, terminal, exponent
+        k1, k2 and r.
+    bound
+        mu.
+
+    Raises
+    ------
+    ValueError
+        If a value breaks a rule.
+    """
+
+    bound: float
+
+    def __post_init__(self) -> None:
+        """Check the fields."""
+        super().__post_init__()
+        positive(self.bound, "bound")
+
+    def __call__(self, error: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return c(x) and its slope."""
+        ratio, slope = self.profile(np.abs(error))
+        return ratio * error, slope
+
+    def profile(self, magnitude: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return c(x)/x and dc/dx for |x|, in any shape."""
+        ratio, slope = self.terminal_part(magnitude)
+        return self.linear + self.terminal * ratio, self.linear + self.terminal * slope
+
+    def terminal_part(self, magnitude: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return S(x)/x and dS/dx for |x|, in any shape."""
+        power = np.maximum(magnitude, self.bound) ** (self.exponent - 1.0)
+        at_bound = self.bound ** (self.exponent - 1.0)
+        first, second = (2.0 - self.exponent) * at_bound, (self.exponent - 1.0) * at_bound / self.bound
+        near = magnitude < self.bound
+        bent = second * magnitude
+        return np.where(near, first + bent, power), np.where(near, first + 2.0 * bent, self.exponent * power)

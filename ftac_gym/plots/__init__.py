@@ -1,0 +1,40 @@
+"""Figures of evaluations and of single episodes, in one style that the colour-blind and grey printers can read.
+
+Every function returns a matplotlib ``Figure`` that belongs to nobody else: save it with its ``savefig``. Matplotlib's
+settings and pyplot are left alone.
+"""
+
+from __future__ import annotations
+
+from ftac_gym.plots.bands import error_bands, error_percentiles
+from ftac_gym.plots.bounds import prescribed_bound
+from ftac_gym.plots.envelope import wheel_envelope
+from ftac_gym.plots.estimates import fault_estimates, torque_estimates
+from ftac_gym.plots.overview import describe_faults, episode, faults_in_words
+from ftac_gym.plots.polytope import TorquePolytope, polytopes_along, torque_polytope
+from ftac_gym.plots.recording import EstimateHistory, estimates_along, true_effect
+from ftac_gym.plots.sphere import boresight_paths
+from ftac_gym.plots.style import COLORS, FLOOR, Stroke, stroke
+
+__all__ = [
+    "COLORS",
+    "FLOOR",
+    "EstimateHistory",
+    "Stroke",
+    "TorquePolytope",
+    "boresight_paths",
+    "describe_faults",
+    "episode",
+    "error_bands",
+    "error_percentiles",
+    "estimates_along",
+    "fault_estimates",
+    "faults_in_words",
+    "polytopes_along",
+    "prescribed_bound",
+    "stroke",
+    "torque_estimates",
+    "torque_polytope",
+    "true_effect",
+    "wheel_envelope",
+]

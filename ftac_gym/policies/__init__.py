@@ -1,0 +1,1 @@
+"""Policies: resolved from names, paths, classes and callables, and run on environments."""

@@ -1,0 +1,234 @@
+"""The numbers of the report."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from ftac_gym.evaluation.compare import Row, fault_classes
+from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, SHARES
+from ftac_gym.evaluation.statistics import (
+    Estimate,
+    interquartile_mean,
+    mean,
+    performance_profile,
+    probability_of_improvement,
+    stratified_difference,
+    stratified_estimate,
+)
+from ftac_gym.report.figures import Curve
+from ftac_gym.task.episodes import Episodes
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray, require
+
+if TYPE_CHECKING:
+    from ftac_gym.evaluation.benchmark import Benchmark, Entry
+
+METRICS = ("success", "settling_time", "integrated_error", "recovery_time", "energy", "chatter")
+"""Metrics of the tables: of shares the mean, of the others the interquartile mean."""
+
+RELATIVE = "settling_time_relative"
+"""A difference besides those of the metrics: the interquartile mean of settling times over the reference's, less 1."""
+
+COMPARED = ("settling_time", "success")
+"""Metrics of which the probability of improvement is found."""
+
+INFEASIBLE = "infeasible"
+
+BEST, BEST_AGENTS = 10, 6
+"""How many of the best contestants, and of the best agents besides, are told apart in crowded figures."""
+
+_MOMENTS = 121
+"""Times at which profiles are drawn."""
+
+
+@dataclass(frozen=True)
+class Tally:
+    """What an entry did in the episodes of one kind of fault: mean success and median settling time [s]."""
+
+    success: float
+    settling_time: float
+
+
+@dataclass(frozen=True, eq=False)
+class FaultClass:
+    """The episodes of a split with one kind of fault."""
+
+    split: str
+    kind: str
+    episodes: int
+    tallies: Mapping[str, Tally]
+
+
+@dataclass(frozen=True, eq=False)
+class Results:
+    """All numbers of the report but those of single episodes; over feasible episodes unless they say otherwise.
+
+    Attributes
+    ----------
+    benchmark
+        What was flown.
+    main
+        The split of the tables and figures that show one: the first that has feasible episodes.
+    order
+        Names of the entries, the best in the main split first.
+    shown
+        Those that are told apart in crowded figures.
+    rows
+        By split, then by entry: estimates, and paired differences to the reference.
+    faults
+        What entries did by kind of fault.
+    improvement
+        By metric, then by pair of shown contestants: the probability that the first does better than the second in an
+        episode of the main split.
+    profiles
+        By split, then by entry: the share of episodes that are settled, against time [s].
+    """
+
+    benchmark: Benchmark
+    main: str
+    order: tuple[str, ...]
+    shown: tuple[str, ...]
+    rows: Mapping[str, Mapping[str, Row]]
+    faults: tuple[FaultClass, ...]
+    improvement: Mapping[str, Mapping[tuple[str, str], Estimate]]
+    profiles: Mapping[str, Mapping[str, Curve]]
+
+    def entries(self, *groups: str) -> list[Entry]:
+        """Return the entries of some groups, the best first; all if none is given."""
+        by_name = {entry.name: entry for entry in self.benchmark.entries}
+        found = [by_name[name] for name in self.order]
+        return [entry for entry in found if not groups or group(entry) in groups]
+
+
+def group(entry: Entry) -> str:
+    """Return the table in which an entry stands: "bounds", or its tier."""
+    return "bounds" if entry.role == "bound" else entry.tier
+
+
+def values(benchmark: Benchmark, split: str, entry: str, metric: str) -> FloatArray:
+    """Return a metric of an entry, (seeds, N) over all episodes of the split."""
+    return np.array([item.metrics[metric] for item in benchmark.evaluations[split][entry]], dtype=np.float64)
+
+
+def gather(benchmark: Benchmark) -> Results:
+    """Find all numbers.
+
+    Raises
+    ------
+    ValueError
+        If the reference is not among the entries, or two entries have one name.
+    """
+    names = [entry.name for entry in benchmark.entries]
+    require(len(set(names)) == len(names), "entries", "must have names that differ", names)
+    require(benchmark.reference in names, "reference", f"must be one of {names}", benchmark.reference)
+    splits = list(benchmark.episodes)
+    main = next((split for split in splits if benchmark.episodes[split].feasible.any()), splits[0])
+    rows = {split: {name: _row(benchmark, split, name) for name in names} for split in splits}
+    order = sorted(names, key=lambda name: _rank(rows[main][name]))
+    shown = _shown(benchmark, order)
+    contestants = [entry.name for entry in benchmark.entries if entry.role != "bound" and entry.name in shown]
+    contestants.sort(key=order.index)
+    return Results(
+        benchmark,
+        main,
+        tuple(order),
+        shown,
+        rows,
+        tuple(tally for split in splits for tally in _by_fault(benchmark, split, names)),
+        {metric: _improvement(benchmark, main, metric, contestants) for metric in COMPARED},
+        {
+            split: _profiles(benchmark, split, names, shown)
+            for split in splits
+            if benchmark.episodes[split].feasible.any()
+        },
+    )
+
+
+def classes(episodes: Episodes) -> npt.NDArray[np.str_]:
+    """Return what is wrong in each episode (N,), in words; "infeasible" where nobody could do the task."""
+    return np.where(episodes.feasible, fault_classes(episodes), INFEASIBLE)
+
+
+def _row(benchmark: Benchmark, split: str, name: str) -> Row:
+    chosen = benchmark.episodes[split].feasible
+    estimates, differences = {}, {}
+    for metric in METRICS:
+        own = values(benchmark, split, name, metric)[:, chosen]
+        estimates[metric] = stratified_estimate(own, mean if metric in SHARES else interquartile_mean)
+        if name != benchmark.reference:
+            base = values(benchmark, split, benchmark.reference, metric)[:, chosen]
+            differences[metric] = _rounded(stratified_difference(own, base))
+            if metric == "settling_time":
+                differences[RELATIVE] = _rounded(stratified_difference(own, base, interquartile_mean, relative=True))
+    return Row(name, estimates, differences)
+
+
+def _rounded(item: Estimate) -> Estimate:
+    """Return a difference without rounding errors, with which its interval may exclude a zero at its end."""
+    value, low, high = (float(end) for end in np.round([item.value, item.low, item.high], 12) + 0.0)
+    return Estimate(value, low, high, item.count)
+
+
+def _rank(row: Row) -> tuple[float, float]:
+    success, settling = row.estimates["success"].value, row.estimates["settling_time"].value
+    return (-success, settling) if np.isfinite([success, settling]).all() else (1.0, 0.0)
+
+
+def _shown(benchmark: Benchmark, order: Sequence[str]) -> tuple[str, ...]:
+    """Return the best contestants, the best agents, the best bound and the reference, the best first."""
+    by_name = {entry.name: entry for entry in benchmark.entries}
+    contestants = [name for name in order if by_name[name].role != "bound"]
+    agents = [name for name in contestants if by_name[name].kind == "agent"]
+    bounds = [name for name in order if by_name[name].role == "bound"]
+    chosen = {*contestants[:BEST], *agents[:BEST_AGENTS], *bounds[:1], benchmark.reference}
+    return tuple(name for name in order if name in chosen)
+
+
+def _by_fault(benchmark: Benchmark, split: str, names: Sequence[str]) -> Iterator[FaultClass]:
+    kinds = classes(benchmark.episodes[split])
+    for kind in sorted(set(kinds.tolist()), key=lambda kind: (kind == INFEASIBLE, kind != "healthy", kind)):
+        chosen = kinds == kind
+        tallies = {}
+        for name in names:
+            success, settling = (
+                values(benchmark, split, name, metric)[:, chosen] for metric in ("success", "settling_time")
+            )
+            tallies[name] = Tally(float(success.mean()), float(np.median(settling)))
+        yield FaultClass(split, kind, int(chosen.sum()), tallies)
+
+
+def _improvement(
+    benchmark: Benchmark, split: str, metric: str, names: Sequence[str]
+) -> dict[tuple[str, str], Estimate]:
+    chosen = benchmark.episodes[split].feasible
+    data = {name: values(benchmark, split, name, metric)[:, chosen] for name in names}
+    found = {}
+    for first, second in combinations(names, 2):
+        item = probability_of_improvement(data[first], data[second], metric not in HIGHER_IS_BETTER)
+        found[first, second] = item
+        # A tie counts half: what the one does not win, the other does.
+        found[second, first] = Estimate(1.0 - item.value, 1.0 - item.high, 1.0 - item.low, item.count)
+    return found
+
+
+def _profiles(benchmark: Benchmark, split: str, names: Sequence[str], shown: Sequence[str]) -> dict[str, Curve]:
+    """Return the profiles of all entries; those of entries that are not told apart have no band."""
+    episodes = benchmark.episodes[split]
+    # Who never settles has the duration as settling time: the last moment is before it.
+    moments = np.linspace(0.0, Scenario.from_json(episodes.scenario_json).duration, _MOMENTS)[:-1]
+    curves = {}
+    for name in names:
+        times = values(benchmark, split, name, "settling_time")[:, episodes.feasible]
+        if name in shown:
+            profile = performance_profile(times, moments, smaller_is_better=True)
+            curves[name] = Curve(moments, profile.share, profile.low, profile.high)
+        else:
+            share = (times.ravel() <= moments[:, None]).mean(axis=1)
+            curves[name] = Curve(moments, share, share, share)
+    return curves

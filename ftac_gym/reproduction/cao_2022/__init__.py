@@ -1,0 +1,1 @@
+"""Reproduction of Cao et al. 2022."""

@@ -1,0 +1,1 @@
+"""Reproduction of Chen et al. 2018."""

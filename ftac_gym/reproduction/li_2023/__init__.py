@@ -1,0 +1,1 @@
+"""Reproduction of Li et al. 2023."""

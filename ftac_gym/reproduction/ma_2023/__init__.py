@@ -1,0 +1,1 @@
+"""Reproduction of Ma et al. 2023."""

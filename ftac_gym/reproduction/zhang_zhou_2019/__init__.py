@@ -1,0 +1,1 @@
+"""Reproduction of Zhang and Zhou 2019."""

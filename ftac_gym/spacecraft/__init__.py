@@ -1,0 +1,1 @@
+"""The spacecraft: body, wheels with friction, wheel layouts and catalogue, flexible appendages."""

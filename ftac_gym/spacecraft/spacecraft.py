@@ -1,0 +1,78 @@
+"""Nominal parameters of the spacecraft: what a designer knows before launch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ftac_gym.spacecraft.appendages import FlexibleAppendages
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.utils.parameters import FloatArray, Matrix, matrix, require
+from ftac_gym.utils.serialization import LATER_PART
+
+
+@dataclass(frozen=True)
+class Spacecraft:
+    """A body with reaction wheels, rigid or with flexible appendages.
+
+    Parameters
+    ----------
+    inertia
+        Total inertia with the wheels locked and the appendages still, 3 x 3 in body axes [kg m^2].
+    wheels
+        The reaction wheels.
+    allow_unphysical_inertia
+        Accept an inertia that no mass distribution has. Some published scenarios print one.
+    appendages
+        What bends; None for a rigid body.
+
+    Raises
+    ------
+    ValueError
+        If the inertia is not symmetric, not positive definite, or its principal moments break the triangle
+        inequality (the largest may not exceed the sum of the others), or if the appendages take along more inertia than
+        there is.
+    """
+
+    inertia: Matrix
+    wheels: WheelArray
+    allow_unphysical_inertia: bool = False
+    appendages: FlexibleAppendages | None = field(default=None, metadata=LATER_PART)
+
+    def __post_init__(self) -> None:
+        """Check and normalise the fields."""
+        require(isinstance(self.wheels, WheelArray), "wheels", "must be a WheelArray", self.wheels)
+        inertia = matrix(self.inertia, 3, 3, "inertia")
+        require(bool(np.allclose(inertia, inertia.T, rtol=1e-9)), "inertia", "must be symmetric", self.inertia)
+        moments = np.linalg.eigvalsh(inertia)
+        require(moments[0] > 0.0, "inertia", "must be positive definite; principal moments", moments.tolist())
+        if not self.allow_unphysical_inertia:
+            require(
+                moments[2] <= (moments[0] + moments[1]) * (1.0 + 1e-9),
+                "inertia",
+                "must satisfy the triangle inequality (or pass allow_unphysical_inertia=True); principal moments",
+                moments.tolist(),
+            )
+        if self.appendages is not None:
+            known = isinstance(self.appendages, FlexibleAppendages)
+            require(known, "appendages", "must be FlexibleAppendages or None", self.appendages)
+            self.appendages.check(inertia)
+        object.__setattr__(self, "inertia", tuple(tuple(float(value) for value in row) for row in inertia))
+
+    @property
+    def inertia_matrix(self) -> FloatArray:
+        """The inertia as an array (3, 3) [kg m^2]."""
+        return np.array(self.inertia)
+
+    @property
+    def modes(self) -> int:
+        """Number of vibration modes k; zero for a rigid body."""
+        return 0 if self.appendages is None else self.appendages.count
+
+    @property
+    def quick_inertia(self) -> FloatArray:
+        """What a torque turns at first, J - delta' delta (3, 3) [kg m^2]; J itself for a rigid body."""
+        carried = 0.0 if self.appendages is None else self.appendages.carried_inertia
+        quick: FloatArray = self.inertia_matrix - carried
+        return quick

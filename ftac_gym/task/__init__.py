@@ -1,0 +1,1 @@
+"""The task: scenario, episodes and all their parts."""

@@ -1,0 +1,111 @@
+"""External torques: a constant plus harmonics, optionally growing with the body rate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ftac_gym.utils.parameters import (
+    FloatArray,
+    Interval,
+    Intervals,
+    draw,
+    draw_axes,
+    interval,
+    intervals,
+    non_negative,
+    require,
+)
+
+DISTURBANCE = np.dtype([("constant", "f8", (3,)), ("rate_scaled", "f8"), ("rate_offset", "f8")])
+"""Per craft: constant torque [N m]; flag 1.0 if scaled by (|w|^2 + c); the offset c [rad^2/s^2]."""
+
+HARMONIC = np.dtype([("frequency", "f8"), ("sine", "f8", (3,)), ("cosine", "f8", (3,))])
+"""Per craft and harmonic: frequency [rad/s], amplitudes of sin(f t) and cos(f t) [N m]."""
+
+
+@dataclass(frozen=True)
+class Harmonic:
+    """One harmonic, amplitude * sin(frequency * t + phase) on each body axis.
+
+    Parameters
+    ----------
+    amplitude
+        Torque amplitude per axis [N m].
+    frequency
+        Angular frequency [rad/s].
+    phase
+        Phase per axis [rad].
+    """
+
+    amplitude: Intervals
+    frequency: Interval
+    phase: Intervals = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        """Check and normalise the fields."""
+        object.__setattr__(self, "amplitude", intervals(self.amplitude, "amplitude"))
+        object.__setattr__(self, "frequency", interval(self.frequency, "frequency"))
+        object.__setattr__(self, "phase", intervals(self.phase, "phase"))
+
+
+@dataclass(frozen=True)
+class Disturbance:
+    """External torque d(t) = constant + sum of harmonics, in body axes.
+
+    Parameters
+    ----------
+    constant
+        Constant torque per axis [N m].
+    harmonics
+        The harmonics; each episode draws its own amplitudes, frequencies and phases.
+    rate_offset
+        If given, c in the factor (|w|^2 + c) that multiplies the whole torque (Chen et al. 2018, eq. (62)).
+    """
+
+    constant: Intervals = (0.0, 0.0, 0.0)
+    harmonics: tuple[Harmonic, ...] = ()
+    rate_offset: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check and normalise the fields."""
+        object.__setattr__(self, "constant", intervals(self.constant, "constant"))
+        valid = isinstance(self.harmonics, (tuple, list))
+        require(valid, "harmonics", "must be a tuple of Harmonic objects", self.harmonics)
+        object.__setattr__(self, "harmonics", tuple(self.harmonics))
+        for harmonic in self.harmonics:
+            require(isinstance(harmonic, Harmonic), "harmonics", "must hold Harmonic objects", harmonic)
+        if self.rate_offset is not None:
+            object.__setattr__(self, "rate_offset", non_negative(self.rate_offset, "rate_offset"))
+
+    @property
+    def uniform_count(self) -> int:
+        """How many uniform deviates one episode needs."""
+        return 3 + 7 * len(self.harmonics)
+
+    def draw(
+        self, uniform: FloatArray, inertia: FloatArray | None = None
+    ) -> tuple[npt.NDArray[np.void], npt.NDArray[np.void]]:
+        """Draw N torques from uniform deviates (N, uniform_count); they do not depend on the inertia.
+
+        Returns
+        -------
+        Arrays of DISTURBANCE (N,) and HARMONIC (N, harmonics).
+        """
+        count = len(uniform)
+        steady = np.zeros(count, DISTURBANCE)
+        steady["constant"] = draw_axes(self.constant, uniform[:, 0:3])
+        if self.rate_offset is not None:
+            steady["rate_scaled"] = 1.0
+            steady["rate_offset"] = self.rate_offset
+        table = np.zeros((count, len(self.harmonics)), HARMONIC)
+        for column, harmonic in enumerate(self.harmonics):
+            part = uniform[:, 3 + 7 * column : 10 + 7 * column]
+            amplitude = draw_axes(harmonic.amplitude, part[:, 0:3])
+            phase = draw_axes(harmonic.phase, part[:, 3:6])
+            table["frequency"][:, column] = draw(harmonic.frequency, part[:, 6])
+            table["sine"][:, column] = amplitude * np.cos(phase)
+            table["cosine"][:, column] = amplitude * np.sin(phase)
+        return steady, table

@@ -1,0 +1,153 @@
+"""Drawn episodes: all the numbers that make one replayable."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass, fields
+from os import PathLike
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ftac_gym.faults import DrawnFaults
+
+RecordArray = npt.NDArray[np.void]
+Selection = int | slice | npt.NDArray[Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Episodes:
+    """The drawn numbers of N episodes, one array per concept with the episode on the first axis.
+
+    Episode ``k`` of seed ``s`` is the same whatever policy runs, on one craft or on a thousand.
+
+    Attributes
+    ----------
+    scenario_json
+        The scenario they were drawn from.
+    key
+        (N, 2) cipher keys of the seeds.
+    index
+        (N,) episode number within its seed.
+    initial
+        Records attitude, rate [rad/s], wheel_momentum [N m s], (N,).
+    inertia
+        INERTIA records (N,).
+    faults
+        FAULT records (N, wheels, layers).
+    sensor_faults
+        SENSOR_FAULT records (N, faults).
+    switches
+        (N, chains, FLIPS) times at which random chains of faults flip [s].
+    disturbance
+        DISTURBANCE records (N,).
+    harmonics
+        HARMONIC records (N, K).
+    sensors
+        SENSOR records (N,).
+    reference
+        REFERENCE records (N,).
+    set_points
+        SET_POINT records (N, points).
+    feasible
+        (N,) whether the remaining wheels can do the task; see :mod:`ftac_gym.task.feasibility`.
+    modes
+        MODE records (N, k) of the vibration modes; k = 0 for rigid craft.
+    """
+
+    scenario_json: str
+    key: npt.NDArray[np.uint32]
+    index: npt.NDArray[np.int64]
+    initial: RecordArray
+    inertia: RecordArray
+    faults: RecordArray
+    sensor_faults: RecordArray
+    switches: npt.NDArray[np.float64]
+    disturbance: RecordArray
+    harmonics: RecordArray
+    sensors: RecordArray
+    reference: RecordArray
+    set_points: RecordArray
+    feasible: npt.NDArray[np.bool_]
+    modes: RecordArray
+
+    def __len__(self) -> int:
+        """Number of episodes N."""
+        return len(self.index)
+
+    def __getitem__(self, selection: Selection) -> Episodes:
+        """Return some of the episodes; an integer gives one episode, ready to replay."""
+        if isinstance(selection, (int, np.integer)):
+            if not -len(self) <= selection < len(self):
+                raise IndexError(f"episode {selection} of {len(self)}")
+            position = int(selection) % len(self)
+            selection = slice(position, position + 1)
+        return Episodes(self.scenario_json, *(array[selection] for array in self.arrays().values()))
+
+    @property
+    def drawn_faults(self) -> DrawnFaults:
+        """The tables of all faults."""
+        return DrawnFaults(self.faults, self.sensor_faults, self.switches)
+
+    @property
+    def first_onset(self) -> npt.NDArray[np.float64]:
+        """(N,) when the first fault starts [s], infinite if there is none."""
+        wheels, sensors = self.faults, self.sensor_faults
+        first = np.where(wheels["kind"] > 0, wheels["onset"], np.inf).min(axis=(1, 2), initial=np.inf)
+        other = np.where(sensors["kind"] > 0, sensors["onset"], np.inf).min(axis=1, initial=np.inf)
+        earliest: npt.NDArray[np.float64] = np.minimum(first, other)
+        return earliest
+
+    def arrays(self) -> dict[str, npt.NDArray[Any]]:
+        """All arrays by name, in the order of the fields."""
+        return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "scenario_json"}
+
+    def digest(self) -> str:
+        """Return the SHA-256 of the scenario and of all numbers, in hexadecimal.
+
+        Numbers count to single precision: the same episodes drawn on another machine, whose sine may differ in the last
+        bit, have the same digest.
+        """
+        state = hashlib.sha256(self.scenario_json.encode())
+        for name, array in self.arrays().items():
+            if name == "modes" and array.shape[1] == 0:
+                continue  # Rigid craft have the digest that they had before there were others.
+            state.update(f"{name}{array.shape}{json.dumps(array.dtype.descr)}".encode())
+            _hash_numbers(state, array)
+        return state.hexdigest()
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the episodes to an ``.npz`` file."""
+        with open(path, "wb") as file:
+            np.savez_compressed(file, scenario_json=np.array(self.scenario_json), **self.arrays())  # type: ignore[arg-type]
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> Episodes:
+        """Read what :meth:`save` wrote.
+
+        Raises
+        ------
+        ValueError
+            If the file holds no episodes.
+        """
+        names = [field.name for field in fields(cls)]
+        data = np.load(path, allow_pickle=False)
+        if not isinstance(data, np.lib.npyio.NpzFile):
+            raise ValueError(f"{path} holds no episodes: it is a single array")
+        with data:
+            if missing := [name for name in names if name not in data]:
+                raise ValueError(f"{path} holds no episodes: it lacks {missing[0]!r}")
+            values: dict[str, Any] = {name: data[name] for name in names}
+        return cls(**{**values, "scenario_json": str(values["scenario_json"])})
+
+
+def _hash_numbers(state: hashlib._Hash, array: npt.NDArray[Any]) -> None:
+    if array.dtype.names is not None:
+        for name in array.dtype.names:
+            _hash_numbers(state, array[name])
+    else:
+        with np.errstate(over="ignore"):  # What single precision cannot hold counts as endless.
+            single = array.astype(np.float32) if array.dtype.kind == "f" else array
+        state.update(np.ascontiguousarray(single).tobytes())

@@ -1,0 +1,161 @@
+"""Where an episode starts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from ftac_gym import attitude as attitudes
+from ftac_gym.utils.parameters import (
+    FloatArray,
+    Interval,
+    Vector,
+    bounds,
+    draw,
+    interval,
+    non_negative,
+    require,
+    uniform_directions,
+    unit_quaternion,
+    vector,
+)
+from ftac_gym.utils.serialization import LATER_PART
+
+_MODAL = ("modal_displacement", "modal_rate")
+
+
+def initial_dtype(wheels: int, modes: int = 0) -> np.dtype[np.void]:
+    """Return the record of a start: attitude (4,), rate (3,) [rad/s], wheel_momentum (wheels,) [N m s].
+
+    A flexible craft has modal_displacement (modes,) [kg^1/2 m] and modal_rate (modes,) [kg^1/2 m/s] too.
+    """
+    rigid = [("attitude", "f8", (4,)), ("rate", "f8", (3,)), ("wheel_momentum", "f8", (wheels,))]
+    flexible = [("modal_displacement", "f8", (modes,)), ("modal_rate", "f8", (modes,))]
+    return np.dtype(rigid + flexible if modes else rigid)
+
+
+@dataclass(frozen=True)
+class InitialState:
+    """Distribution of attitude, rate and wheel momentum at time zero.
+
+    Parameters
+    ----------
+    attitude
+        Fixed quaternion; None draws one at random.
+    angle
+        Angle from the inertial frame of a random attitude [rad], its axis uniform on the sphere; None makes the
+        attitude uniform over all rotations.
+    rate
+        Fixed body rate [rad/s]; None draws a direction uniformly and a magnitude uniformly below ``max_rate``.
+    max_rate
+        Largest magnitude of a random rate [rad/s].
+    wheel_momentum
+        Momentum of each wheel [N m s]: one interval for all wheels.
+    fixed_wheel_momentum
+        Momentum of each wheel [N m s], one number per wheel; None draws from ``wheel_momentum``.
+    modal_displacement, modal_rate
+        Displacement [kg^1/2 m] and rate [kg^1/2 m/s] of each vibration mode: one interval per mode; None is at rest.
+    """
+
+    attitude: Vector | None = None
+    angle: Interval | None = None
+    rate: Vector | None = None
+    max_rate: float = 0.0
+    wheel_momentum: Interval = 0.0
+    fixed_wheel_momentum: Vector | None = None
+    modal_displacement: tuple[Interval, ...] | None = field(default=None, metadata=LATER_PART)
+    modal_rate: tuple[Interval, ...] | None = field(default=None, metadata=LATER_PART)
+
+    def __post_init__(self) -> None:
+        """Check and normalise the fields."""
+        if self.attitude is not None:
+            object.__setattr__(self, "attitude", unit_quaternion(self.attitude, "attitude"))
+        if self.angle is not None:
+            object.__setattr__(self, "angle", interval(self.angle, "angle"))
+            low, high = bounds(self.angle)
+            require(low >= 0.0 and high <= math.pi, "angle", "must stay within [0, pi]", self.angle)
+        if self.rate is not None:
+            object.__setattr__(self, "rate", vector(self.rate, 3, "rate"))
+        object.__setattr__(self, "max_rate", non_negative(self.max_rate, "max_rate"))
+        object.__setattr__(self, "wheel_momentum", interval(self.wheel_momentum, "wheel_momentum"))
+        if self.fixed_wheel_momentum is not None:
+            momentum = vector(self.fixed_wheel_momentum, len(self.fixed_wheel_momentum), "fixed_wheel_momentum")
+            object.__setattr__(self, "fixed_wheel_momentum", momentum)
+        for name in _MODAL:
+            if (values := getattr(self, name)) is not None:
+                require(isinstance(values, (tuple, list)), name, "must have one entry per mode", values)
+                checked = tuple(interval(value, f"{name}[{mode}]") for mode, value in enumerate(values))
+                object.__setattr__(self, name, checked)
+
+    @classmethod
+    def fixed(
+        cls,
+        attitude: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        rate: Sequence[float] = (0.0, 0.0, 0.0),
+        wheel_momentum: float | Sequence[float] = 0.0,
+    ) -> InitialState:
+        """Build a fixed start from a quaternion, a rate [rad/s] and the wheel momentum [N m s].
+
+        The momentum is one number for all wheels, or one per wheel.
+        """
+        start = cls(attitude=tuple(attitude), rate=tuple(rate))
+        if isinstance(wheel_momentum, (int, float, np.number)):
+            return replace(start, wheel_momentum=float(wheel_momentum))
+        return replace(start, fixed_wheel_momentum=tuple(wheel_momentum))
+
+    def uniform_count(self, wheels: int, modes: int = 0) -> int:
+        """How many uniform deviates one episode needs."""
+        return 7 + wheels + 2 * modes
+
+    def draw(self, uniform: FloatArray, momentum_limits: FloatArray, modes: int = 0) -> npt.NDArray[np.void]:
+        """Draw N starts.
+
+        Parameters
+        ----------
+        uniform
+            (N, uniform_count) uniform deviates.
+        momentum_limits
+            (wheels,) momentum limits [N m s].
+        modes
+            Number of vibration modes.
+
+        Raises
+        ------
+        ValueError
+            If a wheel would start beyond its momentum limit, the number of momenta is not that of the wheels, or
+            that of modal displacements or rates not that of the modes.
+        """
+        count, wheels = len(uniform), len(momentum_limits)
+        table = np.zeros(count, initial_dtype(wheels, modes))
+        if self.attitude is not None:
+            table["attitude"] = self.attitude
+        elif self.angle is None:
+            table["attitude"] = attitudes.random_quaternion_from_uniforms(uniform[:, 0:3])
+        else:
+            angle = draw(self.angle, uniform[:, 2])
+            rotation = angle[:, None] * uniform_directions(uniform[:, 0:2])
+            table["attitude"] = attitudes.quaternion_from_rotation_vector(rotation)
+        if self.rate is not None:
+            table["rate"] = self.rate
+        else:
+            table["rate"] = (self.max_rate * uniform[:, 3])[:, None] * uniform_directions(uniform[:, 4:6])
+        if self.fixed_wheel_momentum is None:
+            table["wheel_momentum"] = draw(self.wheel_momentum, uniform[:, 7 : 7 + wheels])
+        else:
+            given = len(self.fixed_wheel_momentum)
+            require(given == wheels, "fixed_wheel_momentum", f"must have {wheels} values, one per wheel", given)
+            table["wheel_momentum"] = self.fixed_wheel_momentum
+        for number, name in enumerate(_MODAL):
+            if (values := getattr(self, name)) is None:
+                continue
+            require(len(values) == modes, name, f"must have {modes} entries, one per mode", len(values))
+            for mode, value in enumerate(values):
+                table[name][:, mode] = draw(value, uniform[:, 7 + wheels + number * modes + mode])
+        largest = np.abs(table["wheel_momentum"]).max(axis=0, initial=0.0)
+        within = bool(np.all(largest <= momentum_limits))
+        require(within, "wheel_momentum", f"must stay within the limits {momentum_limits}", largest.tolist())
+        return table

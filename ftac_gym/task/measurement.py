@@ -1,0 +1,70 @@
+"""What on-board software gets: the one input of every policy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ftac_gym.faults import FaultEffect
+from ftac_gym.utils.parameters import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """Measured state and commanded attitude of N craft with m wheels, float64.
+
+    Attributes
+    ----------
+    time
+        (N,) time since the start of the episode [s].
+    attitude
+        (N, 4) measured quaternion, body relative to inertial, scalar first; while the star tracker is out, the last
+        one, carried forward with the gyros.
+    rate
+        (N, 3) measured body rate in body axes [rad/s].
+    wheel_momentum
+        (N, m) wheel momenta from the tachometers [N m s]; only the telemetry tier may use it.
+    last_command
+        (N, m) wheel torques commanded in the period that has just ended, within the limits [N m]; zero at the start.
+    star_tracker_valid
+        (N,) whether the star tracker delivers; only the telemetry tier may use it.
+    reference_attitude
+        (N, 4) commanded quaternion.
+    reference_rate
+        (N, 3) rate of the reference, in the reference frame's axes [rad/s].
+    reference_acceleration
+        (N, 3) its derivative, in the same axes [rad/s^2].
+    modal_displacement, modal_rate
+        (N, k) displacement [kg^1/2 m] and rate [kg^1/2 m/s] of the vibration modes, from strain gauges; only the
+        telemetry tier may use them. None or k = 0 for rigid craft.
+    truth
+        What the faults do at this moment, or None: nothing that a craft could measure. Only an oracle is given it, and
+        an oracle says so in its name.
+    """
+
+    time: FloatArray
+    attitude: FloatArray
+    rate: FloatArray
+    wheel_momentum: FloatArray
+    last_command: FloatArray
+    star_tracker_valid: npt.NDArray[np.bool_]
+    reference_attitude: FloatArray
+    reference_rate: FloatArray
+    reference_acceleration: FloatArray
+    truth: FaultEffect | None = None
+    modal_displacement: FloatArray | None = None
+    modal_rate: FloatArray | None = None
+
+    def take(self, rows: npt.NDArray[np.intp]) -> Measurement:
+        """Return the measurement of some craft, by their numbers (n,)."""
+        given = {item.name: getattr(self, item.name) for item in fields(self) if item.name != "truth"}
+        arrays: dict[str, Any] = {name: None if array is None else array[rows] for name, array in given.items()}
+        truth = None if self.truth is None else FaultEffect._make(array[rows] for array in self.truth)
+        return Measurement(**arrays, truth=truth)
+
+    def __len__(self) -> int:
+        """Number of craft N."""
+        return len(self.time)

@@ -1,0 +1,74 @@
+"""What a policy is asked for: the weights of the reward, and when an episode counts as a success."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from ftac_gym.utils.parameters import non_negative, positive
+from ftac_gym.utils.serialization import LATER_PART
+
+
+@dataclass(frozen=True)
+class RewardWeights:
+    """Weights of the reward terms; each term is documented in :mod:`ftac_gym.envs.reward`.
+
+    Parameters
+    ----------
+    progress
+        Of the decrease of the pointing error, per radian.
+    precision
+        Of the logarithmic pointing term.
+    rate
+        Of the rate error, per (rad/s)^2.
+    effort
+        Of the mean squared wheel command over the limit.
+    smoothness
+        Of the mean squared change of the wheel command over the limit.
+    on_target
+        Per step inside the success cone.
+    tumble
+        Penalty when the episode ends by tumbling; it must outweigh what pointing badly for the rest would cost.
+    vibration
+        Of the energy of the vibration modes, per joule.
+    """
+
+    progress: float = 10.0
+    precision: float = 0.1
+    rate: float = 0.0
+    effort: float = 0.01
+    smoothness: float = 0.02
+    on_target: float = 0.1
+    tumble: float = 200.0
+    vibration: float = dataclasses.field(default=0.0, metadata=LATER_PART)
+
+    def __post_init__(self) -> None:
+        """Check the weights."""
+        for item in dataclasses.fields(self):
+            object.__setattr__(self, item.name, non_negative(getattr(self, item.name), item.name))
+
+
+@dataclass(frozen=True)
+class SuccessCriterion:
+    """When an episode counts as a success: inside the cone and slow for the last seconds.
+
+    Parameters
+    ----------
+    angle
+        Half-angle of the cone [rad].
+    rate
+        Largest rate error [rad/s].
+    hold
+        How long before the end both must hold [s].
+    """
+
+    angle: float = float(np.radians(0.1))
+    rate: float = float(np.radians(0.02))
+    hold: float = 20.0
+
+    def __post_init__(self) -> None:
+        """Check the limits."""
+        for item in dataclasses.fields(self):
+            object.__setattr__(self, item.name, positive(getattr(self, item.name), item.name))

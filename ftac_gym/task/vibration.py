@@ -1,0 +1,151 @@
+"""The true vibration modes of a craft, and what they amount to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ftac_gym.attitude import cross
+from ftac_gym.spacecraft.appendages import FlexibleAppendages
+from ftac_gym.utils.parameters import FloatArray, Interval, bounds, draw, interval, require
+
+MODE = np.dtype([("stiffness", "f8"), ("damping", "f8"), ("coupling", "f8", (3,))])
+"""Per craft and mode: eta'' + damping eta' + stiffness eta = -coupling . w' [rad/s, rad^2/s^2, kg^1/2 m]."""
+
+LARGEST_PHASE = 2.0
+"""What the fastest pole of the modes of a free craft may be, over a physics step; RK4 diverges from 2.7 on."""
+
+
+@dataclass(frozen=True)
+class AppendageUncertainty:
+    """How the true modes differ from the nominal ones: each mode of each craft draws its own three factors.
+
+    Parameters
+    ----------
+    frequency
+        Factor on the frequency.
+    damping
+        Factor on the damping ratio.
+    coupling
+        Factor on the coupling with the body, the same for the three axes.
+
+    Raises
+    ------
+    ValueError
+        If a frequency factor is not positive, or another is negative.
+    """
+
+    frequency: Interval = 1.0
+    damping: Interval = 1.0
+    coupling: Interval = 1.0
+
+    def __post_init__(self) -> None:
+        """Check and normalise the fields."""
+        for name in ("frequency", "damping", "coupling"):
+            object.__setattr__(self, name, interval(getattr(self, name), name))
+            low, _ = bounds(getattr(self, name))
+            require(low >= 0.0, name, "must not be negative", getattr(self, name))
+        require(bounds(self.frequency)[0] > 0.0, "frequency", "must be positive", self.frequency)
+
+    def uniform_count(self, modes: int) -> int:
+        """How many uniform deviates one episode needs."""
+        return 3 * modes
+
+    def draw(self, nominal: FlexibleAppendages, uniform: FloatArray) -> npt.NDArray[np.void]:
+        """Draw the modes of N craft from uniform deviates (N, uniform_count): MODE records (N, k)."""
+        first, second, third = (uniform[:, part::3] for part in range(3))
+        frequency, table = draw(self.frequency, first), exact_modes(nominal, len(uniform))
+        table["stiffness"] *= frequency**2
+        table["damping"] *= frequency * draw(self.damping, second)
+        table["coupling"] *= draw(self.coupling, third)[:, :, None]
+        return table
+
+
+def exact_modes(nominal: FlexibleAppendages | None, count: int) -> npt.NDArray[np.void]:
+    """Return MODE records (count, k) of craft whose true modes are the nominal ones; k = 0 for rigid bodies."""
+    if nominal is None:
+        return np.zeros((count, 0), MODE)
+    table = np.zeros((count, nominal.count), MODE)
+    table["stiffness"], table["damping"] = nominal.stiffness, nominal.damping
+    table["coupling"] = nominal.coupling_matrix
+    return table
+
+
+def fastest_pole(modes: npt.NDArray[np.void], inertia: FloatArray) -> FloatArray:
+    """Return the magnitude of the fastest pole of the modes of craft that are free to turn, (N,) [1/s].
+
+    Without damping it is the highest free frequency.
+
+    Parameters
+    ----------
+    modes
+        (N, k) MODE records, k at least 1.
+    inertia
+        (N, 3, 3) total inertia [kg m^2].
+    """
+    count, coupling = modes.shape[1], modes["coupling"]
+    # eta'' = -(I - delta J^-1 delta')^-1 (C eta' + K eta).
+    held = np.eye(count) - coupling @ np.linalg.solve(inertia, coupling.transpose(0, 2, 1))
+    companion = np.zeros((len(modes), 2 * count, 2 * count))
+    companion[:, :count, count:] = np.eye(count)
+    companion[:, count:, :count] = -np.linalg.solve(held, modes["stiffness"][:, :, None] * np.eye(count))
+    companion[:, count:, count:] = -np.linalg.solve(held, modes["damping"][:, :, None] * np.eye(count))
+    fastest: FloatArray = np.abs(np.linalg.eigvals(companion)).max(axis=1)
+    return fastest
+
+
+def modal_energy(stiffness: FloatArray, displacement: FloatArray, rate: FloatArray) -> FloatArray:
+    """Return the energy of the modes, (eta'.eta' + eta.K eta) / 2, over the last axis [J].
+
+    Parameters
+    ----------
+    stiffness
+        (..., k) f^2 [rad^2/s^2].
+    displacement, rate
+        (..., k) eta and eta' [kg^1/2 m, kg^1/2 m/s].
+    """
+    energy: FloatArray = 0.5 * (rate**2 + stiffness * displacement**2).sum(axis=-1)
+    return energy
+
+
+def vibration_torque(
+    modes: npt.NDArray[np.void], displacement: FloatArray, rate: FloatArray, body_rate: FloatArray
+) -> FloatArray:
+    """Return the torque of the modes on a body of inertia J - delta' delta: delta' (C eta' + K eta) - w x delta' eta'.
+
+    Eq. (6) of Li et al. 2023. A body held still feels all of it.
+
+    Parameters
+    ----------
+    modes
+        (N, k) MODE records.
+    displacement, rate
+        (..., N, k) eta and eta' [kg^1/2 m, kg^1/2 m/s].
+    body_rate
+        (..., N, 3) w [rad/s].
+
+    Returns
+    -------
+    Array (..., N, 3) [N m], body axes.
+    """
+    return hub_torque(modes["stiffness"], modes["damping"], modes["coupling"], displacement, rate, body_rate)
+
+
+def hub_torque(
+    stiffness: FloatArray,
+    damping: FloatArray,
+    coupling: FloatArray,
+    displacement: FloatArray,
+    rate: FloatArray,
+    body_rate: FloatArray,
+) -> FloatArray:
+    """Return the same for modes that are given by K and C (..., k) [rad^2/s^2, rad/s] and delta (..., k, 3).
+
+    What is common to all craft need not be repeated for each.
+    """
+    force = damping * rate + stiffness * displacement
+    pull, carried = ((part[..., None, :] @ coupling)[..., 0, :] for part in (force, rate))
+    torque: FloatArray = pull - cross(body_rate, carried)
+    return torque

@@ -1,0 +1,1 @@
+"""Random numbers, compiled entry points, serialization, checked parameters and directions."""

@@ -1,0 +1,88 @@
+"""One policy on one craft, control period by control period."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ftac_gym.envs.rendering.snapshot import Snapshot, snapshots
+from ftac_gym.evaluation.rollout import resolve_policy
+from ftac_gym.faults import Fault
+from ftac_gym.faults.distribution import check_kinds
+from ftac_gym.faults.live import repaired, struck
+from ftac_gym.policies.runner import Pilot
+from ftac_gym.task.episodes import Episodes
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import require
+
+
+class Flight:
+    """A policy that flies an episode while somebody watches and breaks things.
+
+    Parameters
+    ----------
+    scenario
+        What is flown. A tumbling craft flies on.
+    policy
+        See :func:`~ftac_gym.evaluation.rollout.resolve_policy`.
+    name
+        What the policy is called on the screen.
+
+    Raises
+    ------
+    ValueError
+        If the policy is unknown or does not fit the scenario.
+    """
+
+    def __init__(self, scenario: Scenario, policy: Any, name: str) -> None:
+        self.scenario = scenario
+        self.name = name
+        self._pilot = Pilot(scenario, resolve_policy(policy))
+        self._core = self._pilot.env.core
+
+    def reset(self, episode: Episodes) -> None:
+        """Start an episode: an ``Episodes`` with one in it."""
+        require(len(episode) == 1, "episode", "must be one", len(episode))
+        self._pilot.reset(episode)
+
+    def step(self) -> None:
+        """Fly on for one control period; a flight that is over stays as it is."""
+        if not self.over:
+            self._pilot.step()
+
+    @property
+    def time(self) -> float:
+        """Since the start of the episode [s]."""
+        return float(self._core.simulator.time[0])
+
+    @property
+    def over(self) -> bool:
+        """Whether the episode has come to its end."""
+        return bool(self._core.simulator.ticks[0] >= self._core.horizon)
+
+    @property
+    def episode(self) -> Episodes:
+        """The episode with what was done to it: flown again, it gives the same flight."""
+        return self._core.simulator.episodes
+
+    def snapshot(self) -> Snapshot:
+        """Return what there is to see now."""
+        return snapshots(self._core, self.name)[0]
+
+    def strike(self, fault: Fault, random: np.random.Generator) -> None:
+        """Let a fault begin now, as :func:`ftac_gym.faults.live.struck` does.
+
+        Raises
+        ------
+        ValueError
+            If the fault of a wheel names none, or one that the craft does not have, or does not fit the wheels.
+        """
+        simulator, wheels = self._core.simulator, self.scenario.spacecraft.wheels
+        check_kinds((fault,), wheels)
+        simulator.set_faults(struck(simulator.faults, 0, fault, self.time, wheels.torque_limits, random))
+
+    def repair(self, wheel: int | None) -> None:
+        """Put a wheel in order, or the sensors if the wheel is None."""
+        simulator = self._core.simulator
+        simulator.set_faults(repaired(simulator.faults, 0, wheel, self.time))

@@ -1,0 +1,128 @@
+"""What surrounds a policy network: its tier, its wrappers, its memory."""
+
+import json
+from dataclasses import asdict
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from helpers.own_law import OwnLaw, OwnTelemetryLaw
+from stable_baselines3 import PPO
+from stable_baselines3.common.vec_env import DummyVecEnv
+
+from ftac_gym import scenarios
+from ftac_gym.agents.agent import Agent, Interface
+from ftac_gym.evaluation import rollout
+from ftac_gym.training.algorithms import start_as_base
+from ftac_gym.training.callbacks import save_agent
+
+
+@pytest.mark.parametrize(
+    ("tier", "wrappers", "expected"),
+    [
+        ("attitude", [], "attitude"),
+        ("telemetry", [["ObservationHistory", {"steps": 2}]], "telemetry"),
+        ("attitude", [["FaultEstimateObservation", {"source": "asmo"}]], "attitude"),
+        ("attitude", [["FaultEstimateObservation", {"source": "dob"}]], "attitude"),
+        ("attitude", [["FaultEstimateObservation", {"source": "tachometer"}]], "telemetry"),
+        ("telemetry", [["FaultEstimateObservation", {"source": "truth"}]], "oracle"),
+        ("attitude", [["ResidualPolicy", {"base": "nftsm_telemetry", "faults": "tachometer"}]], "telemetry"),
+        ("attitude", [["ResidualPolicy", {"base": "pd_dob", "telemetry": True}]], "telemetry"),
+    ],
+)
+def test_an_agent_is_of_the_tier_of_all_that_it_knows(tier, wrappers, expected):
+    interface = Interface(tier, wrappers)
+    assert interface.information == expected
+    assert Agent(None, None, interface).information == expected and Agent(None, None, interface).tier == tier
+
+
+def test_wrappers_go_around_in_their_order():
+    interface = Interface(
+        wrappers=[
+            ["FaultEstimateObservation", {"source": "dob"}],
+            ["ResidualPolicy", {"base": "pd"}],
+            ["ObservationHistory", {"steps": 3}],
+        ]
+    )
+    env = gym.make("SpacecraftFTC-v0")
+    wrapped = interface.wrap(env)
+    assert wrapped.observation_space.shape == (3 * (22 + 3 + 4),)
+    observation, _ = wrapped.reset(seed=0)
+    plain, _ = gym.make("SpacecraftFTC-v0").reset(seed=0)
+    np.testing.assert_array_equal(observation[:22], plain)
+    told = Interface(wrappers=interface.wrappers, critic_sees_faults=True)
+    size = told.wrap_for_training(gym.make("SpacecraftFTC-v0")).observation_space.shape[0]
+    assert size > 87 and told.wrap(gym.make("SpacecraftFTC-v0")).observation_space.shape == (87,)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"wrappers": [["TimeLimit", {}]]}, r"wrappers must be among \[.*'ResidualPolicy'\], got 'TimeLimit'"),
+        ({"hold": 0}, "hold must be a positive integer, got 0"),
+        ({"hold": 1.5}, "hold must be a positive integer, got 1.5"),
+    ],
+)
+def test_bad_interfaces(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        Interface(**arguments)
+
+
+class Counter:
+    """Stands for a recurrent model: its memory counts its decisions since the start, and is its action."""
+
+    observation_space = gym.spaces.Box(-1.0, 1.0, (5,))
+    policy = None
+
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        count = np.zeros((1, len(observation), 1)) if state is None else state[0]
+        count = np.where(episode_start[None, :, None], 0.0, count) + 1.0
+        return np.repeat(count[0], 4, axis=1), (count, count)
+
+
+def test_a_recurrent_agent_remembers_its_own_decisions_alone():
+    """Craft that hold an action do not think; those whose episode starts forget."""
+    agent = Agent(Counter(), None, Interface(hold=2))
+    state, start, seen = None, np.array([True, True]), []
+    for step in range(7):
+        action, state = agent.predict(np.zeros((2, 5)), state, start)
+        seen.append(action[:, 0].tolist())
+        start = np.array([False, step == 2])  # the second craft starts anew at step 3
+    first, second = np.array(seen).T
+    assert first.tolist() == [1, 1, 2, 2, 3, 3, 4]
+    assert second.tolist() == [1, 1, 2, 1, 1, 2, 2]
+
+
+@pytest.mark.parametrize("wrapper", ["ResidualPolicy", "GainScheduling"])
+def test_a_base_of_your_own_is_kept_as_text(wrapper):
+    interface = Interface(wrappers=[[wrapper, {"base": OwnLaw}]])
+    assert interface.bases == ("helpers.own_law:OwnLaw",)
+    assert Interface(**json.loads(json.dumps(asdict(interface)))) == interface
+    assert Interface(wrappers=[["ResidualPolicy", {}], ["ObservationHistory", {}]]).bases == ("pd_dob",)
+
+
+def test_the_tier_of_a_base_of_your_own_counts():
+    assert Interface(wrappers=[["ResidualPolicy", {"base": OwnLaw}]]).information == "attitude"
+    assert Interface(wrappers=[["ResidualPolicy", {"base": OwnTelemetryLaw}]]).information == "telemetry"
+
+
+def test_a_base_that_nobody_could_import_is_refused():
+    class Local(OwnLaw):
+        pass
+
+    with pytest.raises(ValueError, match=r"baseline must be a class that can be imported, .* got .*Local"):
+        Interface(wrappers=[["ResidualPolicy", {"base": Local}]])
+
+
+def test_an_agent_on_a_law_of_your_own_flies_again_and_is_not_taken_for_another(tmp_path):
+    for name, base in (("own", OwnLaw), ("known", "pd")):
+        interface = Interface(wrappers=[["ResidualPolicy", {"base": base}]])
+        env = DummyVecEnv([lambda interface=interface: interface.wrap(gym.make("SpacecraftFTC-v0", duration=5.0))])
+        model = PPO("MlpPolicy", env, device="cpu")
+        start_as_base(model)
+        save_agent(tmp_path / name, model, {"interface": asdict(interface)})
+    agent = Agent.load(tmp_path / "own")
+    assert agent.fingerprint is None and Agent.load(tmp_path / "known").fingerprint is not None
+    task = scenarios.get("flagship").replace(duration=5.0)
+    flown, alone = (rollout(task, policy, seed=1, count=2) for policy in (agent, OwnLaw))
+    np.testing.assert_array_equal(flown.attitude, alone.attitude)

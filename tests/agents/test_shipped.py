@@ -1,0 +1,79 @@
+"""The agents that come with the package: they load, they fly, and they are worth having."""
+
+import json
+
+import numpy as np
+import pytest
+
+from ftac_gym import scenarios
+from ftac_gym.agents.agent import CARD_FILE, Agent
+from ftac_gym.agents.shipped import SHIPPED, designs, evaluations, seeds, shipped
+from ftac_gym.evaluation import rollout
+
+EPISODES = 20_000  # a seed that neither training nor tuning nor the reported tests use
+ALL = [pytest.param(seed, id=f"{name}/{seed.name}") for name in designs() for seed in seeds(SHIPPED / name)]
+
+
+def flown(design, scenario, count):
+    """Return the metrics of the best agent and of its base in feasible episodes."""
+    episodes = scenarios.get(scenario).draw(EPISODES, count)
+    policies = (Agent.load(shipped(design)), "pd_dob")
+    metrics = (rollout(scenario, policy, episodes).metrics() for policy in policies)
+    return [{name: values[episodes.feasible] for name, values in item.items()} for item in metrics]
+
+
+def test_what_is_shipped():
+    assert designs() == ["flagship_direct", "flagship_residual", "flagship_telemetry", "flexible_residual"]
+    assert len(seeds(SHIPPED / "flagship_residual")) == 5
+    with pytest.raises(ValueError, match=r"agent must be one of \['flagship_direct', .*got 'nobody'"):
+        shipped("nobody")
+
+
+@pytest.mark.parametrize("folder", ALL)
+def test_the_card_tells_how_it_was_made(folder):
+    card = json.loads((folder / CARD_FILE).read_text())
+    assert card["command"].startswith("python train/train.py")
+    assert " /" not in card["command"]  # no path of the machine
+    assert len(card["commit"]) >= 12
+    assert "dirty" not in card["commit"]
+    assert str(card["seed"]) == folder.name.removeprefix("seed_")
+    for name, arguments in card["interface"]["wrappers"]:
+        assert name != "ResidualPolicy" or arguments.keys() >= {"base", "position_gain"}, "the gains are written down"
+    assert Agent.load(folder).information in ("attitude", "telemetry")
+
+
+@pytest.mark.parametrize("folder", ALL)
+def test_it_is_small(folder):
+    assert sum(path.stat().st_size for path in folder.iterdir()) < 1_000_000
+
+
+@pytest.mark.parametrize("design", designs())
+def test_of_several_seeds_the_best_in_its_own_evaluations_is_chosen(design):
+    found = {
+        path: max((row["mean_return"] for row in evaluations(path)), default=0.0) for path in seeds(SHIPPED / design)
+    }
+    assert found[shipped(design)] == max(found.values())
+    assert (SHIPPED / design / "README.md").read_text().startswith(f"# {design}")
+
+
+@pytest.mark.parametrize("design", ["flagship_residual", "flagship_telemetry"])
+def test_the_flagship_s_beat_their_base_on_fresh_episodes(design):
+    agent, base = flown(design, "flagship", 300)
+    assert np.mean(agent["success"] - base["success"]) > 0.0
+    assert np.mean(agent["settling_time"] - base["settling_time"]) < 0.0
+    assert agent["chatter"].mean() < 1.5 * base["chatter"].mean()
+    assert agent["energy"].mean() < 1.2 * base["energy"].mean()
+
+
+def test_the_direct_one_slews_and_points():
+    agent, _ = flown("flagship_direct", "flagship", 100)
+    assert np.median(agent["final_error"]) < 0.1
+
+
+def test_the_flexible_craft_s_leaves_less_vibration_than_its_base_on_fresh_episodes():
+    agent, base = flown("flexible_residual", "flexible", 200)
+    change = sum(
+        (agent[metric] - base[metric]) / base[metric].mean() for metric in ("integrated_error", "modal_energy")
+    )
+    assert np.mean(change) + 2.0 * np.std(change) / np.sqrt(len(change)) < 0.0
+    assert np.mean(agent["success"] - base["success"]) > -0.02

@@ -1,0 +1,115 @@
+"""Tests of `compiling`: compiled code is kept on disk until one of the files that it comes from changes."""
+
+import ast
+import inspect
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+from numba.extending import is_jitted
+
+from ftac_gym.dynamics import plant, sensing
+from ftac_gym.utils import compiling
+
+PIECES = """
+from parts.compiling import piece
+
+
+@piece
+def scaled(value):
+    return {factor} * value
+"""
+
+KERNEL = """
+import numpy as np
+
+from parts import pieces
+from parts.compiling import entry_point
+from parts.pieces import scaled
+
+
+@entry_point(pieces)
+def fill(out):
+    for i in range(len(out)):
+        out[i] = scaled(i)
+"""
+
+REPORT = """
+import json
+
+import numpy as np
+
+from parts.kernel import fill
+
+out = np.zeros(3)
+fill(out)
+stats = getattr(fill, "stats", None)
+hits, misses = (sum(stats.cache_hits.values()), sum(stats.cache_misses.values())) if stats else (None, None)
+print(json.dumps([out.tolist(), hits, misses]))
+"""
+
+
+@pytest.fixture
+def run(tmp_path):
+    """A package of a kernel, its pieces and a copy of the module under test; running it tells what was compiled."""
+    package = tmp_path / "parts"
+    package.mkdir()
+    (package / "__init__.py").touch()
+    (package / "compiling.py").write_text(source_of(compiling))
+    (package / "kernel.py").write_text(KERNEL)
+
+    def call(factor, **environment):
+        (package / "pieces.py").write_text(PIECES.format(factor=factor))
+        finished = subprocess.run(
+            [sys.executable, "-c", REPORT],
+            env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path), **environment},
+            capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        return json.loads(finished.stdout)
+
+    return call
+
+
+def source_of(module):
+    with open(module.__file__, encoding="utf-8") as file:
+        return file.read()
+
+
+def test_a_change_in_any_file_recompiles_and_no_change_does_not(run, tmp_path):
+    assert run(2.0) == [[0.0, 2.0, 4.0], 0, 1]
+    assert run(2.0) == [[0.0, 2.0, 4.0], 1, 0]
+    assert run(3.0) == [[0.0, 3.0, 6.0], 0, 1]  # the file of the kernel itself is as it was
+    assert run(3.0) == [[0.0, 3.0, 6.0], 1, 0]
+    with (tmp_path / "parts" / "compiling.py").open("a") as file:
+        file.write("# Compiled in another way.\n")
+    assert run(3.0) == [[0.0, 3.0, 6.0], 0, 1]
+
+
+def test_without_compilation_the_functions_are_plain_python(run, tmp_path):
+    assert run(2.0, NUMBA_DISABLE_JIT="1") == [[0.0, 2.0, 4.0], None, None]
+    assert not (tmp_path / "cache").exists()
+
+
+def imports(module):
+    """Modules of the package that a module imports, or imports names from, at its top."""
+    found = set()
+    for node in ast.parse(source_of(module)).body:
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("ftac_gym"):
+            for alias in node.names:
+                whole = f"{node.module}.{alias.name}"
+                found.add(whole if whole in sys.modules else node.module)
+    return found - {compiling.__name__}
+
+
+@pytest.mark.parametrize("kernel", [plant.advance, sensing.sense], ids=["plant", "sensing"])
+def test_every_file_that_a_kernel_is_made_of_is_watched(kernel):
+    """What compiled code takes from a file, pieces or constants, it must not go on using when the file has changed."""
+    home = sys.modules[kernel.py_func.__module__]
+    (decorator,) = ast.parse(inspect.getsource(kernel.py_func)).body[0].decorator_list
+    watched = {getattr(home, argument.id).__name__ for argument in decorator.args}
+    compiled = [module for module in map(sys.modules.get, watched) if any(map(is_jitted, vars(module).values()))]
+    for module in (home, *compiled):
+        assert imports(module) - {home.__name__} <= watched, module.__name__
+    assert len(compiled) >= 2

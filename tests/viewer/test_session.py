@@ -1,0 +1,135 @@
+"""Watching policies: the same episode for everyone, keys, and films."""
+
+import numpy as np
+import pytest
+
+from ftac_gym import scenarios
+from ftac_gym.evaluation import rollout
+from ftac_gym.faults import KINDS
+from ftac_gym.faults.specification import name_of
+from ftac_gym.viewer import Film, Flight, Screen, Session
+from ftac_gym.viewer.keys import press
+
+FLAGSHIP = scenarios.get("flagship").replace(duration=40.0)
+
+
+def test_a_flight_is_the_rollout_of_its_episode():
+    episode = FLAGSHIP.draw(5, 1)
+    flight = Flight(FLAGSHIP, "nftsm", "nftsm")
+    flight.reset(episode)
+    history = rollout(FLAGSHIP, "nftsm", episode)
+    for step in range(FLAGSHIP.horizon):
+        flight.step()
+        np.testing.assert_array_equal(flight.snapshot().attitude, history.attitude[step + 1, 0])
+    assert flight.over
+    flight.step()
+    assert flight.time == pytest.approx(40.0)
+
+
+def test_a_flight_with_live_faults_replays():
+    session = Session(FLAGSHIP.replace(faults=None), {"a": "pd_dob", "b": "nftsm"}, seed=3)
+    session.kind = "seizure"
+    session.run(5.0)
+    assert press(session, "2") == "seizure"
+    assert all(flight.snapshot().faults == ("wheel 2: seizure at 5.0 s",) for flight in session.flights)
+    session.run(10.0)
+    assert press(session, "2", shift=True) == "wheel 2 mended"
+    assert all(flight.snapshot().faults == () for flight in session.flights)
+    session.run(100.0)
+    assert session.over
+    last = session.flights[0].snapshot().attitude
+    history = rollout(FLAGSHIP, "pd_dob", session.flights[0].episode)
+    np.testing.assert_array_equal(history.attitude[-1, 0], last)
+    session.restart()
+    assert session.time == 0.0 and not session.over
+    session.run(100.0)
+    assert np.abs(session.flights[0].snapshot().attitude - last).max() > 1e-9, "the live fault is gone"
+
+
+def test_keys():
+    session = Session(FLAGSHIP, {"pd": "pd"})
+    names = [name_of(kind) for kind in KINDS]
+    assert session.kind == names[0]
+    press(session, "tab")
+    assert session.kind == names[1]
+    press(session, "tab", shift=True)
+    press(session, "tab", shift=True)
+    assert session.kind == names[-1]
+    press(session, "space")
+    session.run(10.0)
+    assert session.paused and session.time == 0.0
+    press(session, "right")
+    assert session.time == pytest.approx(0.1)
+    press(session, "space")
+    press(session, "up")
+    session.run(1.0)
+    assert session.speed == 2.0 and session.time == pytest.approx(2.1)
+    for _ in range(20):
+        press(session, "down")
+    assert session.speed == 0.125
+    assert press(session, "9") == f"{names[-1].replace('_', ' ')} does not fit wheel 9"
+    assert press(session, "9", shift=True) == "there is no wheel 9"
+    assert press(session, "n") == "the next episode" and session.episode == 1 and session.time == 0.0
+    assert press(session, "r") == "the same episode again" and session.episode == 1
+    assert press(session, "") == "" and press(session, "z") == ""
+
+
+def test_every_kind_can_strike_and_be_mended():
+    session = Session(FLAGSHIP.replace(faults=None), {"pd": "pd"})
+    struck = 0
+    for _ in session.kinds:
+        struck += session.strike(1)
+        press(session, "tab")
+        session.run(0.5)
+    # Friction needs wheels that rub, which the flagship's do not.
+    assert struck == len(KINDS) - 1
+    assert press(session, "backspace") == "all mended"
+    session.run(0.2)
+    assert session.flights[0].snapshot().faults == ()
+
+
+def test_slow_viewers_lose_no_time():
+    session = Session(FLAGSHIP, {"pd": "pd"})
+    for _ in range(300):
+        session.run(1.0 / 30.0)
+    assert session.time == pytest.approx(10.0)
+
+
+def test_a_screen_shows_all_flights():
+    session = Session(FLAGSHIP, {"pd": "pd", "nftsm": "nftsm"})
+    screen = Screen(session, 1000, 480)
+    screen.draw()
+    frame = screen.frame()
+    assert frame.shape == (480, 1000, 3)
+    session.run(8.0)
+    screen.draw()
+    later = screen.frame()
+    assert (later[:, :500] != frame[:, :500]).any() and (later[:, 500:] != frame[:, 500:]).any()
+
+
+@pytest.mark.parametrize(("suffix", "magic"), [(".mp4", b"ftyp"), (".gif", b"GIF89a")])
+def test_films(tmp_path, suffix, magic):
+    path = tmp_path / "new" / f"film{suffix}"
+    with Film(path, 64, 48, 10) as film:
+        for value in range(12):
+            film.add(np.full((48, 64, 3), 20 * value, dtype=np.uint8))
+        with pytest.raises(ValueError, match=r"frame must have shape \(48, 64, 3\)"):
+            film.add(np.zeros((64, 48, 3), dtype=np.uint8))
+    film.close()
+    assert film.frames == 12 and magic in path.read_bytes()[:12]
+
+
+@pytest.mark.parametrize(
+    ("path", "size", "message"),
+    [("a.avi", (64, 48), r"film must end in one of \['.mp4', '.gif'\]"), ("a.mp4", (65, 48), "must be even numbers")],
+)
+def test_impossible_films_are_refused(tmp_path, path, size, message):
+    with pytest.raises(ValueError, match=message):
+        Film(tmp_path / path, *size, 10)
+
+
+def test_sessions_check_what_they_get():
+    with pytest.raises(ValueError, match="policies must be one at least"):
+        Session(FLAGSHIP, {})
+    with pytest.raises(ValueError, match="seed must not be negative"):
+        Session(FLAGSHIP, {"pd": "pd"}, seed=-1)
