@@ -67,7 +67,7 @@ def alternating(simulator: Simulator) -> Callable[[], None]:
 
 def plant_call(simulator: Simulator) -> Callable[[], None]:
     """Return the compiled plant alone: no measurement, no Python around it."""
-    arguments = (0, simulator.num_craft, *simulator.plant_arguments())
+    arguments = (0, simulator.num_spacecraft, *simulator.plant_arguments())
 
     def call() -> None:
         np.negative(simulator.last_command, out=simulator.last_command)

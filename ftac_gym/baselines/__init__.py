@@ -173,7 +173,7 @@ def chosen(name: Law, gains: str, changes: Mapping[str, Any]) -> dict[str, Any]:
     return merged(*layers, changes)
 
 
-def make(name: Law, scenario: Scenario, num_craft: int = 1, gains: str = "default", **changes: Any) -> Baseline:
+def make(name: Law, scenario: Scenario, num_spacecraft: int = 1, gains: str = "default", **changes: Any) -> Baseline:
     """Build a baseline.
 
     Parameters
@@ -182,7 +182,7 @@ def make(name: Law, scenario: Scenario, num_craft: int = 1, gains: str = "defaul
         One of :func:`names`; for a law of your own its class, or where that is, as ``"module:Class"``.
     scenario
         The task.
-    num_craft
+    num_spacecraft
         Number of craft.
     gains
         ``"default"`` for the law's own, ``"tuned"`` for those that ``train/tune.py`` found (:mod:`.tuned`).
@@ -197,12 +197,12 @@ def make(name: Law, scenario: Scenario, num_craft: int = 1, gains: str = "defaul
     """
     if not _registered(name):
         # Whatever goes wrong in a law of someone's own, its author wants to see where.
-        return law(name)(scenario, num_craft, **chosen(name, gains, changes))
+        return law(name)(scenario, num_spacecraft, **chosen(name, gains, changes))
     known = sorted(defaults(name))
     for change in changes:
         require(change in known, f"gains of {name}:", f"must be among {known}", change)
     try:
-        return law(name)(scenario, num_craft, **chosen(name, gains, changes))
+        return law(name)(scenario, num_spacecraft, **chosen(name, gains, changes))
     except TypeError as error:  # an unknown gain of a part
         raise ValueError(f"gains of {name}: {error}") from None
     except ValueError as error:
@@ -222,7 +222,7 @@ def defaults(name: Law) -> dict[str, Any]:
     for base in entry.law.__mro__:
         parameters = inspect.signature(base.__init__).parameters.values()  # type: ignore[misc]
         for parameter in parameters:
-            if parameter.default is not parameter.empty and parameter.name != "num_craft":
+            if parameter.default is not parameter.empty and parameter.name != "num_spacecraft":
                 gains.setdefault(parameter.name, parameter.default)
         if not any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters):
             break

@@ -29,7 +29,7 @@ class Baseline(ABC):
     ----------
     scenario
         The task.
-    num_craft
+    num_spacecraft
         Number of craft N.
     """
 
@@ -42,13 +42,13 @@ class Baseline(ABC):
     schedulable: ClassVar[Mapping[str, tuple[float, float]]] = {}
     """Gains that may change while the law runs, each with its usual bounds: see :meth:`schedule`."""
 
-    def __init__(self, scenario: Scenario, num_craft: int = 1) -> None:
+    def __init__(self, scenario: Scenario, num_spacecraft: int = 1) -> None:
         require(isinstance(scenario, Scenario), "scenario", "must be a Scenario", scenario)
-        whole = isinstance(num_craft, (int, np.integer)) and num_craft > 0
-        require(whole, "num_craft", "must be a positive integer", num_craft)
+        whole = isinstance(num_spacecraft, (int, np.integer)) and num_spacecraft > 0
+        require(whole, "num_spacecraft", "must be a positive integer", num_spacecraft)
         self.scenario = scenario
-        self.num_craft = int(num_craft)
-        self.memory = Memory(self.num_craft)
+        self.num_spacecraft = int(num_spacecraft)
+        self.memory = Memory(self.num_spacecraft)
         """All that the baseline and its observers carry from one call to the next."""
 
     @classmethod
@@ -81,9 +81,9 @@ class Baseline(ABC):
 
     def reset(self, mask: BoolArray | None = None) -> None:
         """Forget the past of the craft in the mask (N,), or of all; the others are left untouched."""
-        chosen = np.ones(self.num_craft, dtype=np.bool_) if mask is None else np.asarray(mask)
-        valid = chosen.shape == (self.num_craft,) and chosen.dtype == np.bool_
-        require(valid, "mask", f"must be a boolean array of shape ({self.num_craft},)", mask)
+        chosen = np.ones(self.num_spacecraft, dtype=np.bool_) if mask is None else np.asarray(mask)
+        valid = chosen.shape == (self.num_spacecraft,) and chosen.dtype == np.bool_
+        require(valid, "mask", f"must be a boolean array of shape ({self.num_spacecraft},)", mask)
         self.memory.reset(chosen)
 
     def schedule(self, gains: Mapping[str, FloatArray]) -> None:
@@ -107,8 +107,8 @@ class Baseline(ABC):
             known = sorted(self.schedulable)
             require(name in known, f"scheduled gain of {type(self).__name__}", f"must be among {known}", name)
             array = np.asarray(values, dtype=np.float64)
-            valid = array.shape == (self.num_craft,) and bool(np.isfinite(array).all() and (array > 0.0).all())
-            require(valid, name, f"must be {self.num_craft} positive numbers", values)
+            valid = array.shape == (self.num_spacecraft,) and bool(np.isfinite(array).all() and (array > 0.0).all())
+            require(valid, name, f"must be {self.num_spacecraft} positive numbers", values)
             columns[name] = array[:, None]
         if self.schedulable:
             self._schedule(columns)
@@ -122,7 +122,7 @@ class Baseline(ABC):
         before = self.memory.copy()
         if mask.any():
             # The others do what the first of these does, so that nothing of theirs can be refused.
-            rows = np.where(mask, np.arange(self.num_craft), np.argmax(mask))
+            rows = np.where(mask, np.arange(self.num_spacecraft), np.argmax(mask))
             measurement = measurement.take(rows)
             self.memory.restore({name: array[rows] for name, array in before.items()}, ~mask)
         command = self.act(measurement)

@@ -18,12 +18,12 @@ class Memory:
 
     Parameters
     ----------
-    num_craft
+    num_spacecraft
         Number of craft N.
     """
 
-    def __init__(self, num_craft: int) -> None:
-        self._num_craft = num_craft
+    def __init__(self, num_spacecraft: int) -> None:
+        self._num_craft = num_spacecraft
         self._initial: dict[str, npt.NDArray[Any]] = {}
         self._arrays: dict[str, npt.NDArray[Any]] = {}
 

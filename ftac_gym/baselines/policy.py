@@ -90,8 +90,10 @@ class BaselinePolicy:
             Ignored: a baseline always is.
         """
         measurement = measurement_of(self.env, truth=self.baseline.information == "oracle")
-        craft = self.baseline.num_craft
-        require(len(measurement) == craft, "num_craft", f"must be that of the environment, {len(measurement)}", craft)
+        craft = self.baseline.num_spacecraft
+        require(
+            len(measurement) == craft, "num_spacecraft", f"must be that of the environment, {len(measurement)}", craft
+        )
         started = measurement.time == 0.0 if episode_start is None else np.atleast_1d(episode_start).astype(np.bool_)
         if started.any():
             self.baseline.reset(started)

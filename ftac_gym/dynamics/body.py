@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ftac_gym.utils.compiling import piece
+from ftac_gym.utils.compiling import inlined
 
 
-@piece
+@inlined
 def fill_disturbance(torque: Any, steady: Any, harmonics: Any, time: float, step: float) -> None:
     """Write the external torque at every half step, (2 * substeps + 1, 3) [N m], before any scaling with the rate.
 
@@ -31,7 +31,7 @@ def fill_disturbance(torque: Any, steady: Any, harmonics: Any, time: float, step
             sine, cosine = sine * turn_cosine + cosine * turn_sine, cosine * turn_cosine - sine * turn_sine
 
 
-@piece
+@inlined
 def inertia_at(record: Any, carried: Any, varying: bool, rate_torque: bool, time: float) -> Any:
     """Inertia (xx, yy, zz, xy, xz, yz), its inverse in the same order, and J' (xx, yy, zz) if it makes a torque.
 
@@ -72,7 +72,7 @@ def inertia_at(record: Any, carried: Any, varying: bool, rate_torque: bool, time
     return (xx, yy, zz, xy, xz, yz), inverse, (change_x, change_y, change_z)
 
 
-@piece
+@inlined
 def angular_acceleration(w: Any, stored: Any, wheel: Any, external: Any, body: Any, steady: Any) -> Any:
     """Euler's equation: J w' = -w x (J w + stored) + wheel + external - J' w, all in body axes.
 
@@ -95,7 +95,7 @@ def angular_acceleration(w: Any, stored: Any, wheel: Any, external: Any, body: A
     )
 
 
-@piece
+@inlined
 def twice_attitude_rate(q: Any, w: Any) -> Any:
     """Quaternion kinematics 2 q' = q (x) [0, w]."""
     return (
@@ -106,13 +106,13 @@ def twice_attitude_rate(q: Any, w: Any) -> Any:
     )
 
 
-@piece
+@inlined
 def add3(a: Any, factor: float, b: Any) -> Any:
     """Return a + factor b for triples."""
     return a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]
 
 
-@piece
+@inlined
 def add4(a: Any, factor: float, b: Any) -> Any:
     """Return a + factor b for quadruples."""
     return a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2], a[3] + factor * b[3]

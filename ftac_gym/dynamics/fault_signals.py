@@ -10,13 +10,13 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ftac_gym.utils.compiling import piece
+from ftac_gym.utils.compiling import inlined
 
 # Two times closer than this are the same time: it absorbs rounding in t = step * period [s].
 TIME_TOLERANCE = 1e-9
 
 
-@piece
+@inlined
 def acts(fault: Any, switches: Any, i: int, time: float) -> bool:
     """Whether a fault of craft i acts at a time [s]; ``switches`` (N, chains, FLIPS) are the switching times."""
     since = time - fault.onset
@@ -35,7 +35,7 @@ def acts(fault: Any, switches: Any, i: int, time: float) -> bool:
     return True
 
 
-@piece
+@inlined
 def part_at(fault: Any, time: float) -> float:
     """Which part of an acting fault is there at a time [s], in [0, 1]."""
     part = 1.0
@@ -46,7 +46,7 @@ def part_at(fault: Any, time: float) -> float:
     return part
 
 
-@piece
+@inlined
 def effectiveness_at(fault: Any, part: float, time: float) -> float:
     """Effectiveness under an acting fault of which a part is there, at a time of the episode [s]."""
     whole = fault.effectiveness
@@ -56,7 +56,7 @@ def effectiveness_at(fault: Any, part: float, time: float) -> float:
     return 1.0 + part * (whole - 1.0) if part < 1.0 else whole
 
 
-@piece
+@inlined
 def bias_at(fault: Any, part: float, since: float) -> float:
     """Bias torque [N m] of an acting fault of which a part is there, ``since`` seconds after its onset."""
     bias = fault.bias + fault.bias_slope * since
@@ -66,7 +66,7 @@ def bias_at(fault: Any, part: float, since: float) -> float:
     return part * bias
 
 
-@piece
+@inlined
 def untouched(faults: Any, i: int, j: int, begin: float, end: float) -> bool:
     """Whether no fault of wheel j of craft i can act between two times [s]."""
     touched = False
@@ -75,7 +75,7 @@ def untouched(faults: Any, i: int, j: int, begin: float, end: float) -> bool:
     return not touched
 
 
-@piece
+@inlined
 def constant_signals(faults: Any, i: int, j: int, begin: float, end: float) -> Any:
     """Signals of wheel j of craft i that do not change between two times [s].
 
@@ -106,7 +106,7 @@ def constant_signals(faults: Any, i: int, j: int, begin: float, end: float) -> A
     return constant, locked, delay, effectiveness, bias, forward, backward, brake
 
 
-@piece
+@inlined
 def step_signals(faults: Any, switches: Any, i: int, j: int, time: float, step: float) -> Any:
     """Signals of wheel j of craft i over one physics step.
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ftac_gym.utils.compiling import piece
+from ftac_gym.utils.compiling import inlined
 
 STIFFNESS, DAMPING, COUPLING_X, COUPLING_Y, COUPLING_Z = 0, 1, 2, 3, 4
 DISPLACEMENT, MOTION, STAGE_DISPLACEMENT, STAGE_MOTION, SUM_DISPLACEMENT, SUM_MOTION = 5, 6, 7, 8, 9, 10
@@ -20,7 +20,7 @@ ROWS = 11
 """Rows of the working array (ROWS, k) of one craft: parameters, then eta and psi, their stage values and their sums."""
 
 
-@piece
+@inlined
 def load_modes(work: Any, modes: Any, displacement: Any, rate: Any, w: Any) -> Any:
     """Fill the working array from MODE records (k,) and the state; return delta' delta as (xx, yy, zz, xy, xz, yz)."""
     xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -35,7 +35,7 @@ def load_modes(work: Any, modes: Any, displacement: Any, rate: Any, w: Any) -> A
     return xx, yy, zz, xy, xz, yz
 
 
-@piece
+@inlined
 def begin_step(work: Any) -> None:
     """Set the stage values to the state and the sums to zero."""
     for mode in range(work.shape[1]):
@@ -43,7 +43,7 @@ def begin_step(work: Any) -> None:
         work[SUM_DISPLACEMENT, mode], work[SUM_MOTION, mode] = 0.0, 0.0
 
 
-@piece
+@inlined
 def modal_stage(work: Any, w: Any, weight: float, ahead: float) -> Any:
     """Take one stage of a Runge-Kutta step: sum the slopes with a weight, and go ``ahead`` [s] for the next stage.
 
@@ -67,7 +67,7 @@ def modal_stage(work: Any, w: Any, weight: float, ahead: float) -> Any:
     return (momentum_x, momentum_y, momentum_z), (torque_x, torque_y, torque_z)
 
 
-@piece
+@inlined
 def end_step(work: Any, share: float) -> None:
     """Add the sums times ``share`` [s] to the state."""
     for mode in range(work.shape[1]):
@@ -75,7 +75,7 @@ def end_step(work: Any, share: float) -> None:
         work[MOTION, mode] += share * work[SUM_MOTION, mode]
 
 
-@piece
+@inlined
 def store_modes(work: Any, displacement: Any, rate: Any, w: Any) -> None:
     """Write eta and eta' of the state."""
     for mode in range(work.shape[1]):

@@ -10,15 +10,15 @@ from ftac_gym.dynamics.fault_signals import acts, part_at
 from ftac_gym.task import references
 from ftac_gym.task.references import ReferenceKind
 from ftac_gym.utils import randomness
-from ftac_gym.utils.compiling import entry_point, piece
-from ftac_gym.utils.randomness import Purpose, normal_pair, philox
+from ftac_gym.utils.compiling import entry_point, inlined
+from ftac_gym.utils.randomness import Stream, normal_pair, philox
 
-_NOISE = int(Purpose.NOISE)
+_NOISE = int(Stream.NOISE)
 _SET_POINTS = int(ReferenceKind.SET_POINTS)
 _MRP_SINUSOID = int(ReferenceKind.MRP_SINUSOID)
 
 
-@piece
+@inlined
 def sinusoid(record: Any, axis: int, time: float) -> Any:
     """Value, first and second derivative of constant + amplitude sin(frequency t + phase) on one axis."""
     angle = record.frequency[axis] * time + record.phase[axis]
@@ -27,7 +27,7 @@ def sinusoid(record: Any, axis: int, time: float) -> Any:
     return record.constant[axis] + sine, frequency * cosine, -frequency * frequency * sine
 
 
-@piece
+@inlined
 def product(a: Any, b: Any) -> Any:
     """Hamilton product of two quaternions."""
     return (
@@ -38,7 +38,7 @@ def product(a: Any, b: Any) -> Any:
     )
 
 
-@piece
+@inlined
 def rotation(x: float, y: float, z: float) -> Any:
     """Quaternion of a rotation vector [rad]."""
     angle = math.sqrt(x * x + y * y + z * z)
@@ -47,14 +47,14 @@ def rotation(x: float, y: float, z: float) -> Any:
     return math.cos(0.5 * angle), factor * x, factor * y, factor * z
 
 
-@piece
+@inlined
 def store_unit(out: Any, i: int, q: Any) -> None:
     """Normalise a quaternion into row i."""
     scale = 1.0 / math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
     out[i, 0], out[i, 1], out[i, 2], out[i, 3] = scale * q[0], scale * q[1], scale * q[2], scale * q[3]
 
 
-@piece
+@inlined
 def follow_mrp(i: int, record: Any, time: float, attitude: Any, rate: Any, acceleration: Any) -> None:
     """Reference from modified Rodrigues parameters.
 
@@ -77,20 +77,20 @@ def follow_mrp(i: int, record: Any, time: float, attitude: Any, rate: Any, accel
     acceleration[i, 2] = scale * ((1.0 - square) * az - 2.0 * (x * ay - y * ax) + 2.0 * z * along_a) - drag * rate[i, 2]
 
 
-@piece
+@inlined
 def half_turn_rate(q: Any, record: Any, time: float) -> Any:
     """q' = 1/2 q (x) [0, w_d(t)]."""
     x, y, z = sinusoid(record, 0, time)[0], sinusoid(record, 1, time)[0], sinusoid(record, 2, time)[0]
     return product(q, (0.0, 0.5 * x, 0.5 * y, 0.5 * z))
 
 
-@piece
+@inlined
 def moved(q: Any, factor: float, d: Any) -> Any:
     """Return q + factor d."""
     return q[0] + factor * d[0], q[1] + factor * d[1], q[2] + factor * d[2], q[3] + factor * d[3]
 
 
-@piece
+@inlined
 def follow_rate(
     i: int, record: Any, tick: int, step: float, substeps: int, attitude: Any, rate: Any, acceleration: Any
 ) -> None:

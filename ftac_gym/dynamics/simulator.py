@@ -32,7 +32,7 @@ class Simulator:
     ----------
     scenario
         What to simulate.
-    num_craft
+    num_spacecraft
         Number of craft N.
     threads
         Number of threads that share the craft; the result does not depend on it.
@@ -40,15 +40,15 @@ class Simulator:
     Raises
     ------
     ValueError
-        If ``num_craft`` or ``threads`` is not a positive integer.
+        If ``num_spacecraft`` or ``threads`` is not a positive integer.
     """
 
-    def __init__(self, scenario: Scenario, num_craft: int, threads: int = 1) -> None:
+    def __init__(self, scenario: Scenario, num_spacecraft: int, threads: int = 1) -> None:
         require(isinstance(scenario, Scenario), "scenario", "must be a Scenario", scenario)
-        for name, value in (("num_craft", num_craft), ("threads", threads)):
+        for name, value in (("num_spacecraft", num_spacecraft), ("threads", threads)):
             require(isinstance(value, (int, np.integer)) and value > 0, name, "must be a positive integer", value)
         self.scenario = scenario
-        self.num_craft = int(num_craft)
+        self.num_spacecraft = int(num_spacecraft)
         self.threads = int(threads)
         wheels = scenario.spacecraft.wheels
         self._torque_limits = wheels.torque_limits
@@ -61,7 +61,7 @@ class Simulator:
         self._rate_torque = uncertainty is not None and uncertainty.rate_torque
         self._step, self._substeps = scenario.physics_step, scenario.substeps
 
-        count = self.num_craft
+        count = self.num_spacecraft
         self.state = State(
             np.tile([1.0, 0.0, 0.0, 0.0], (count, 1)),
             np.zeros((count, 3)),
@@ -144,8 +144,8 @@ class Simulator:
             chosen = self._all
         else:
             mask = np.asarray(mask)
-            valid = mask.shape == (self.num_craft,) and mask.dtype == np.bool_
-            require(valid, "mask", f"must be a boolean array of shape ({self.num_craft},)", mask)
+            valid = mask.shape == (self.num_spacecraft,) and mask.dtype == np.bool_
+            require(valid, "mask", f"must be a boolean array of shape ({self.num_spacecraft},)", mask)
             chosen = np.flatnonzero(mask)
         require(len(episodes) == len(chosen), "episodes", f"must be {len(chosen)}, one per craft reset", len(episodes))
         wheels = episodes.faults.shape[1]
@@ -153,7 +153,7 @@ class Simulator:
         modes, known = episodes.modes.shape[1], self.scenario.spacecraft.modes
         require(modes == known, "episodes", f"must be of craft with {known} vibration modes", modes)
         if self._tables is None:
-            require(len(chosen) == self.num_craft, "mask", "must cover all craft at the first reset", mask)
+            require(len(chosen) == self.num_spacecraft, "mask", "must cover all craft at the first reset", mask)
             self._tables = {name: np.array(array) for name, array in episodes.arrays().items()}
         else:
             self._tables = with_episodes(self._tables, episodes, chosen)
@@ -199,13 +199,13 @@ class Simulator:
     def advance(self) -> None:
         """Hold ``last_command`` for one control period: :meth:`step` without its checks and its limiter."""
         shared = self.plant_arguments()
-        parts = min(self.threads, max(1, self.num_craft // THREAD_BATCH))
+        parts = min(self.threads, max(1, self.num_spacecraft // THREAD_BATCH))
         if parts == 1:
-            advance(0, self.num_craft, *shared)
+            advance(0, self.num_spacecraft, *shared)
         else:
             if self._pool is None:
                 self._pool = ThreadPoolExecutor(self.threads)
-            edges = np.linspace(0, self.num_craft, parts + 1).astype(int)
+            edges = np.linspace(0, self.num_spacecraft, parts + 1).astype(int)
             list(self._pool.map(lambda first, end: advance(first, end, *shared), edges[:-1], edges[1:]))
         self._sense(self._all)
 

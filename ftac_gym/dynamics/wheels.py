@@ -20,7 +20,7 @@ from numba import njit
 
 from ftac_gym.dynamics.fault_signals import constant_signals, step_signals
 from ftac_gym.dynamics.wheel_table import STIFF_GAMMA
-from ftac_gym.utils.compiling import CONTRACT, piece
+from ftac_gym.utils.compiling import CONTRACT, inlined
 
 _GAMMA = STIFF_GAMMA
 _WEIGHT_1 = -0.25 * (6.0 * _GAMMA * _GAMMA - 16.0 * _GAMMA + 1.0)
@@ -34,14 +34,14 @@ _REST = 1e-12
 otherwise it would creep on for ever, into the denormal numbers, which are slow."""
 
 
-@piece
+@inlined
 def within_limits(wheel: Any, command: float) -> float:
     """Return a command after torque limit and dead-band [N m]."""
     limited = min(max(command, -wheel.torque_limit), wheel.torque_limit)
     return limited if abs(limited) >= wheel.dead_band else 0.0
 
 
-@piece
+@inlined
 def friction(wheel: Any, momentum: float, factor: float) -> Any:
     """Return friction [N m] at a momentum [N m s] and its derivative [1/s]; the factor is on the dry part."""
     speed = momentum * wheel.inverse_inertia
@@ -62,7 +62,7 @@ def friction(wheel: Any, momentum: float, factor: float) -> Any:
     return factor * dry + wheel.viscous * speed, (factor * rise + wheel.viscous) * wheel.inverse_inertia
 
 
-@piece
+@inlined
 def powered(wheel: Any, drive: float, momentum: float) -> float:
     """Return what the power limit leaves of a motor torque [N m] at a momentum [N m s]."""
     if abs(drive * momentum) * wheel.inverse_inertia <= wheel.power_limit:
@@ -70,7 +70,7 @@ def powered(wheel: Any, drive: float, momentum: float) -> float:
     return math.copysign(wheel.power_limit / (abs(momentum) * wheel.inverse_inertia), drive)
 
 
-@piece
+@inlined
 def net_torque(wheel: Any, momentum: float, drive: float, forward: float, backward: float, brake: float) -> Any:
     """Return the torque of a wheel on the body [N m] under a motor torque, friction and a brake.
 
@@ -83,7 +83,7 @@ def net_torque(wheel: Any, momentum: float, drive: float, forward: float, backwa
     return powered(wheel, drive, momentum) + drag + math.copysign(brake, momentum), drag, slope
 
 
-@piece
+@inlined
 def implicit_momentum(
     wheel: Any, free: float, weight: float, drive: float, guess: float, forward: float, backward: float, brake: float
 ) -> float:
@@ -194,7 +194,7 @@ def stiff_step(
     return result, torque_1, torque_4
 
 
-@piece
+@inlined
 def turn_wheel(
     array: Any,
     faults: Any,

@@ -65,7 +65,7 @@ class Core:
         What to simulate; every wheel needs a torque limit, which scales the action.
     observation
         Information tier.
-    num_craft
+    num_spacecraft
         Number of craft.
     threads
         Threads of the simulator.
@@ -76,21 +76,21 @@ class Core:
         If a wheel has no torque limit or the tier is unknown.
     """
 
-    def __init__(self, scenario: Scenario, observation: str, num_craft: int, threads: int = 1) -> None:
+    def __init__(self, scenario: Scenario, observation: str, num_spacecraft: int, threads: int = 1) -> None:
         self.scenario = scenario
-        self.simulator = Simulator(scenario, num_craft, threads)
+        self.simulator = Simulator(scenario, num_spacecraft, threads)
         self.observer = Observer(self.simulator, observation)
         self.reward = Reward(self.simulator)
         self.torque_limits = scenario.spacecraft.wheels.torque_limits
         limited = bool(np.isfinite(self.torque_limits).all())
         require(limited, "torque_limit", "must be finite for every wheel: it scales the action", self.torque_limits)
         self.horizon = scenario.horizon
-        self.all_craft = np.arange(num_craft)
-        self._keys = np.zeros((num_craft, 2), dtype=np.uint32)
-        self._counter = np.zeros(num_craft, dtype=np.int64)
+        self.all_craft = np.arange(num_spacecraft)
+        self._keys = np.zeros((num_spacecraft, 2), dtype=np.uint32)
+        self._counter = np.zeros(num_spacecraft, dtype=np.int64)
         wheels = len(self.torque_limits)
-        self._action_shape = (num_craft, wheels)
-        self._limits = np.tile(self.torque_limits, (num_craft, 1))
+        self._action_shape = (num_spacecraft, wheels)
+        self._limits = np.tile(self.torque_limits, (num_spacecraft, 1))
         layout = self.observer.layout
         self.observation_space = spaces.Box(layout.low, layout.high, dtype=np.float32)
         self.action_space = spaces.Box(-1.0, 1.0, (wheels,), dtype=np.float32)

@@ -164,10 +164,10 @@ class Observer:
         self._coupled = wheels.momentum_coupling
         self._moving = scenario.reference.moving
         self._period = scenario.control_period
-        self._last_rate = np.zeros((simulator.num_craft, 3))
-        self._last_momentum = np.zeros((simulator.num_craft, wheels.count))
-        self._residual = np.zeros((simulator.num_craft, 3))
-        self._wheel_residual = np.zeros((simulator.num_craft, wheels.count))
+        self._last_rate = np.zeros((simulator.num_spacecraft, 3))
+        self._last_momentum = np.zeros((simulator.num_spacecraft, wheels.count))
+        self._residual = np.zeros((simulator.num_spacecraft, 3))
+        self._wheel_residual = np.zeros((simulator.num_spacecraft, wheels.count))
         self._wheels = wheels
         self._modal_scales = _modal_scales(scenario.spacecraft) if scenario.spacecraft.modes else None
 

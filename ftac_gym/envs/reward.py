@@ -59,7 +59,7 @@ class Reward:
         self._slow = scenario.success.rate
         self._tumble_rate = scenario.tumble_rate if scenario.tumble_rate is not None else math.inf
         self._hold = success_steps(scenario)
-        count, wheels = simulator.num_craft, len(self._torque_limits)
+        count, wheels = simulator.num_spacecraft, len(self._torque_limits)
         self._last_command = np.zeros((count, wheels))
         self._on_target = np.zeros(count, dtype=np.int64)
         self._angle = np.zeros(count)
@@ -73,8 +73,8 @@ class Reward:
         Terms (terms, N) and whether each craft tumbles (N,); zero at the start of an episode and for other craft.
         """
         simulator = self._simulator
-        terms = np.zeros((len(TERMS), simulator.num_craft))
-        tumbling = np.zeros(simulator.num_craft, dtype=np.bool_)
+        terms = np.zeros((len(TERMS), simulator.num_spacecraft))
+        tumbling = np.zeros(simulator.num_spacecraft, dtype=np.bool_)
         _reward(
             craft, simulator.ticks, simulator.state.attitude, simulator.state.rate, simulator.last_command,
             simulator.reference_attitude, simulator.reference_rate, self._torque_limits, self._weights, self._cone,

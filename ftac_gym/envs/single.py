@@ -103,7 +103,7 @@ class SpacecraftFTCEnv(Rendered, gym.Env[Observation, npt.NDArray[Any]]):
         default_scenario: str = "flagship",
         **scenario_changes: Any,
     ) -> None:
-        self.core = Core(resolve_scenario(scenario, default_scenario, scenario_changes), observation, num_craft=1)
+        self.core = Core(resolve_scenario(scenario, default_scenario, scenario_changes), observation, num_spacecraft=1)
         self.observation_space = self.core.observation_space
         self.action_space = self.core.action_space
         self._seeded = False

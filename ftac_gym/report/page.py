@@ -227,6 +227,6 @@ def gains_of(entry: Entry) -> dict[str, Any]:
     defaults = {
         item.name: item.default
         for item in signature
-        if item.default is not item.empty and item.name not in ("scenario", "num_craft")
+        if item.default is not item.empty and item.name not in ("scenario", "num_spacecraft")
     }
     return {**defaults, **changes}

@@ -16,7 +16,7 @@ from ftac_gym.task.scenario import Scenario
 from ftac_gym.task.sensors import SENSOR
 from ftac_gym.task.vibration import LARGEST_PHASE, exact_modes, fastest_pole
 from ftac_gym.utils.parameters import FloatArray, require
-from ftac_gym.utils.randomness import Purpose, keys_from_seeds, uniforms
+from ftac_gym.utils.randomness import Stream, keys_from_seeds, uniforms
 
 
 def draw_episodes(scenario: Scenario, seeds: Sequence[int], index: np.ndarray) -> Episodes:
@@ -39,36 +39,36 @@ def draw_from_keys(scenario: Scenario, keys: np.ndarray, index: np.ndarray) -> E
     """Draw one episode for each pair of a cipher key (N, 2) and an episode number (N,)."""
     count, craft, wheels = len(index), scenario.spacecraft, scenario.spacecraft.wheels
 
-    def deviates(purpose: Purpose, numbers: int) -> FloatArray:
+    def deviates(purpose: Stream, numbers: int) -> FloatArray:
         return uniforms(keys, index, purpose, numbers)
 
     start = scenario.initial_state
     initial = start.draw(
-        deviates(Purpose.INITIAL_STATE, start.uniform_count(wheels.count, craft.modes)),
+        deviates(Stream.INITIAL_STATE, start.uniform_count(wheels.count, craft.modes)),
         wheels.momentum_limits,
         craft.modes,
     )
     if (uncertainty := scenario.inertia_uncertainty) is None:
         inertia: RecordArray = exact_inertia(craft.inertia_matrix, count)
     else:
-        inertia = uncertainty.draw(craft.inertia_matrix, deviates(Purpose.INERTIA, uncertainty.uniform_count))
+        inertia = uncertainty.draw(craft.inertia_matrix, deviates(Stream.INERTIA, uncertainty.uniform_count))
     modes = _modes(scenario, deviates, inertia)
     if (source := scenario.faults) is None:
         faults = healthy(count, wheels.count)
     else:
-        uniform = deviates(Purpose.FAULTS, source.uniform_count(wheels.count))
-        faults = source.draw(uniform, deviates(Purpose.SWITCHING, source.switching_count), wheels.torque_limits)
+        uniform = deviates(Stream.FAULTS, source.uniform_count(wheels.count))
+        faults = source.draw(uniform, deviates(Stream.SWITCHING, source.switching_count), wheels.torque_limits)
     if (torque := scenario.disturbance) is None:
         disturbance, harmonics = np.zeros(count, DISTURBANCE), np.zeros((count, 0), HARMONIC)
     else:
-        uniform = deviates(Purpose.DISTURBANCE, torque.uniform_count)
+        uniform = deviates(Stream.DISTURBANCE, torque.uniform_count)
         disturbance, harmonics = torque.draw(uniform, inertia["constant"])
     if (errors := scenario.sensors) is None:
         sensors: RecordArray = np.zeros(count, SENSOR)
     else:
-        sensors = errors.draw(deviates(Purpose.SENSORS, errors.uniform_count))
+        sensors = errors.draw(deviates(Stream.SENSORS, errors.uniform_count))
     command = scenario.reference
-    reference, set_points = command.draw(deviates(Purpose.REFERENCE, command.uniform_count))
+    reference, set_points = command.draw(deviates(Stream.REFERENCE, command.uniform_count))
 
     demand = _demand(scenario, initial, inertia, disturbance, harmonics, set_points)
     return Episodes(
@@ -90,13 +90,13 @@ def draw_from_keys(scenario: Scenario, keys: np.ndarray, index: np.ndarray) -> E
     )
 
 
-def _modes(scenario: Scenario, deviates: Callable[[Purpose, int], FloatArray], inertia: RecordArray) -> RecordArray:
+def _modes(scenario: Scenario, deviates: Callable[[Stream, int], FloatArray], inertia: RecordArray) -> RecordArray:
     """Draw the vibration modes of craft with an inertia; the body must have more of it than the modes take along."""
     appendages = scenario.spacecraft.appendages
     if appendages is None or (uncertainty := scenario.appendage_uncertainty) is None:
         modes = exact_modes(appendages, len(inertia))
     else:
-        modes = uncertainty.draw(appendages, deviates(Purpose.MODES, uncertainty.uniform_count(appendages.count)))
+        modes = uncertainty.draw(appendages, deviates(Stream.MODES, uncertainty.uniform_count(appendages.count)))
     if appendages is not None:
         carried = np.einsum("nki,nkj->nij", modes["coupling"], modes["coupling"])
         least = inertia["constant"] - carried - np.einsum("ni,ij->nij", np.abs(inertia["amplitude"]), np.eye(3))

@@ -13,7 +13,7 @@ from numba import njit
 CONTRACT = {"contract"}
 """Fused multiply-add only: it is as exact as separate operations, and no reordering is allowed."""
 
-piece = njit(inline="always", error_model="numpy", fastmath=CONTRACT)
+inlined = njit(inline="always", error_model="numpy", fastmath=CONTRACT)
 """Decorator of a function that is compiled into the entry points that call it."""
 
 

@@ -32,7 +32,7 @@ _TO_UNIT_32 = 2.0**-32
 _TO_UNIT_53 = 2.0**-53
 
 
-class Purpose(IntEnum):
+class Stream(IntEnum):
     """What a random number is for; numbers of different purposes never meet."""
 
     INITIAL_STATE = 1
@@ -105,7 +105,7 @@ def _fill_uniforms(keys: Any, episodes: Any, purpose: int, out: Any) -> None:
                 out[i, 2 * block + 1] = ((c >> _SHIFT_5) * 67108864.0 + (d >> _SHIFT_6)) * _TO_UNIT_53
 
 
-def uniforms(keys: KeyArray, episodes: npt.NDArray[np.int64], purpose: Purpose, count: int) -> FloatArray:
+def uniforms(keys: KeyArray, episodes: npt.NDArray[np.int64], purpose: Stream, count: int) -> FloatArray:
     """Draw ``count`` uniform deviates in [0, 1) for each of N episodes.
 
     Parameters

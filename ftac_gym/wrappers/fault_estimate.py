@@ -73,7 +73,7 @@ class _EstimateStage(Stage):
         kind = "none" if source is None else source
         require(kind in SOURCES, "source", f"must be None or one of {list(SOURCES)}", source)
         scenario = self.inner.scenario
-        self._memory = Memory(self.num_craft)
+        self._memory = Memory(self.num_spacecraft)
         self._source = _source(kind, scenario, self._memory, gains)
         self._limits = scenario.spacecraft.wheels.torque_limits
         self._true = kind == "truth"
@@ -89,7 +89,7 @@ class _EstimateStage(Stage):
             high = np.concatenate([np.zeros(0), *ends])
             low = np.concatenate([np.zeros(0), *(sign * end for sign, end in zip(signs, ends, strict=True))])
         self.extend(low, high)
-        self._entries = np.zeros((self.num_craft, len(high)))
+        self._entries = np.zeros((self.num_spacecraft, len(high)))
 
     @property
     def information(self) -> str:
@@ -107,7 +107,7 @@ class _EstimateStage(Stage):
 
     def preview(self, observation: Observation, measurement: Measurement) -> Observation:
         """Add what would be known at another measurement."""
-        nobody = np.zeros(self.num_craft, dtype=np.bool_)
+        nobody = np.zeros(self.num_spacecraft, dtype=np.bool_)
         return np.concatenate([observation, self._known(measurement, nobody)], axis=1, dtype=np.float32)
 
     def _known(self, measurement: Measurement, mask: BoolArray) -> FloatArray:
@@ -119,7 +119,7 @@ class _EstimateStage(Stage):
         parts = _scaled(self._source.update(measurement), self._limits)
         if not mask.all():
             self._memory.restore(before, ~mask)
-        return np.concatenate([np.zeros((self.num_craft, 0)), *(values for values, _ in parts)], axis=1)
+        return np.concatenate([np.zeros((self.num_spacecraft, 0)), *(values for values, _ in parts)], axis=1)
 
 
 def _scaled(estimate: FaultEstimate | None, torque_limits: FloatArray) -> list[tuple[FloatArray, bool]]:

@@ -36,7 +36,7 @@ class _SchedulingStage(Stage):
     def __init__(self, env: Any, base: baselines.Law = "pd_dob", ranges: Ranges | None = None, **gains: Any) -> None:
         super().__init__(env)
         scenario = self.inner.scenario
-        self.baseline = blind_base(base, scenario, self.num_craft, gains)
+        self.baseline = blind_base(base, scenario, self.num_spacecraft, gains)
         law = type(self.baseline)
         require(bool(law.schedulable), "base", f"must have gains to schedule, as {schedulable_bases()} have", base)
         chosen = baselines.chosen(base, gains.get("gains", "default"), _changes(gains))
@@ -82,7 +82,7 @@ class _SchedulingStage(Stage):
         actions = np.asarray(actions, dtype=np.float64)
         require(bool(np.isfinite(actions).all()), "action", "must be finite", actions)
         measurement = self.inner.measurement()
-        started = self.started(measurement, np.ones(self.num_craft, dtype=np.bool_))
+        started = self.started(measurement, np.ones(self.num_spacecraft, dtype=np.bool_))
         if started.any():
             self.baseline.reset(started)
         self.baseline.schedule(dict(zip(self.gains, self.values(actions).T, strict=True)))

@@ -21,7 +21,7 @@ class _HistoryStage(Stage):
         space = self.observation_space
         self._ages = stride * np.arange(steps)
         size = space.shape[0]
-        self._ring = np.zeros((int(self._ages[-1]) + 1, self.num_craft, size), dtype=np.float32)
+        self._ring = np.zeros((int(self._ages[-1]) + 1, self.num_spacecraft, size), dtype=np.float32)
         self._newest = 0
         low, high = (np.tile(bound, steps).astype(np.float32) for bound in (space.low, space.high))
         self.observation_space = spaces.Box(low, high, dtype=np.float32)

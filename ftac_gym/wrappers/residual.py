@@ -46,16 +46,16 @@ class Surprise:
     ----------
     scenario
         The task; its nominal parameters are the model.
-    num_craft
+    num_spacecraft
         Number of craft N.
     """
 
-    def __init__(self, scenario: Scenario, num_craft: int) -> None:
-        self._memory = Memory(num_craft)
+    def __init__(self, scenario: Scenario, num_spacecraft: int) -> None:
+        self._memory = Memory(num_spacecraft)
         gyroscopic = GyroscopicModel(scenario, telemetry=False)
         self._observer = DisturbanceObserver(scenario, self._memory, SURPRISE_BANDWIDTH, gyroscopic)
         self._share = 1.0 - math.exp(-SURPRISE_BANDWIDTH * scenario.control_period)
-        self.torque = np.zeros(num_craft)
+        self.torque = np.zeros(num_spacecraft)
         """(N,) magnitude of the difference at the last measurement [N m]."""
 
     def update(self, measurement: Measurement, mask: BoolArray) -> None:
@@ -86,12 +86,12 @@ class _ResidualStage(Stage):
         require(0.0 < finite(authority, "authority") <= 2.0, "authority", "must be above 0 and at most 2", authority)
         self._full_authority = authority
         self._fade = _fade(fade_angle, fade_floor, surprise)
-        self._authority = np.full((self.num_craft, 1), authority)
+        self._authority = np.full((self.num_spacecraft, 1), authority)
         scenario = self.inner.scenario
-        self._surprise = Surprise(scenario, self.num_craft) if surprise is not None else None
+        self._surprise = Surprise(scenario, self.num_spacecraft) if surprise is not None else None
         self._limits = scenario.spacecraft.wheels.torque_limits
-        self.baseline = blind_base(base, scenario, self.num_craft, gains)
-        self.action = np.zeros((self.num_craft, len(self._limits)))
+        self.baseline = blind_base(base, scenario, self.num_spacecraft, gains)
+        self.action = np.zeros((self.num_spacecraft, len(self._limits)))
         """(N, wheels) action of the base at the present measurement."""
         one = np.ones(len(self._limits))
         self.extend(-one, one)
@@ -120,7 +120,7 @@ class _ResidualStage(Stage):
 
     def preview(self, observation: Observation, measurement: Measurement) -> Observation:
         """Show what the base would do at another measurement."""
-        nobody = np.zeros(self.num_craft, dtype=np.bool_)
+        nobody = np.zeros(self.num_spacecraft, dtype=np.bool_)
         action = as_action(self.baseline.act_only(measurement, nobody), self._limits)
         return np.concatenate([observation, action], axis=1, dtype=np.float32)
 
@@ -138,7 +138,7 @@ class _ResidualStage(Stage):
         return authority
 
 
-def blind_base(name: baselines.Law, scenario: Scenario, num_craft: int, gains: dict[str, Any]) -> Baseline:
+def blind_base(name: baselines.Law, scenario: Scenario, num_spacecraft: int, gains: dict[str, Any]) -> Baseline:
     """Build a baseline that knows no more than a craft can.
 
     Raises
@@ -146,7 +146,7 @@ def blind_base(name: baselines.Law, scenario: Scenario, num_craft: int, gains: d
     ValueError
         If the baseline is an oracle, or its name or a gain is refused.
     """
-    baseline = baselines.make(name, scenario, num_craft, **gains)
+    baseline = baselines.make(name, scenario, num_spacecraft, **gains)
     blind = baseline.information != "oracle"
     require(blind, "base", "must not be an oracle: an agent would act on what no craft can know", name)
     return baseline

@@ -56,7 +56,7 @@ class Stage:
             require(not isinstance(layer, ActionHold), "env", rule, env)
             taken = self.acts and getattr(layer, "acts", False)
             require(not taken, "env", "must take commands to the wheels: one wrapper can act on them", env)
-        self.num_craft: int = env.num_envs if several else 1
+        self.num_spacecraft: int = env.num_envs if several else 1
         self.observation_space: Any = space
         """Of one craft, as the agent sees it."""
         self.action_space: spaces.Space[Any] = env.single_action_space if several else env.action_space

@@ -28,15 +28,15 @@ def test_a_class_and_its_path_are_the_same_law():
 
 def test_gains_reach_the_law():
     made = baselines.make(PATH, TASK, 2, damping=3.0)
-    assert (made.num_craft, made.stiffness, made.damping) == (2, 0.3, 3.0)
+    assert (made.num_spacecraft, made.stiffness, made.damping) == (2, 0.3, 3.0)
     stiff = rollout(TASK, BaselineContestant(OwnLaw, stiffness=0.9), seed=2, count=1)
     assert not np.array_equal(stiff.command, rollout(TASK, OwnLaw, seed=2, count=1).command)
 
 
 def test_a_law_may_need_gains_and_says_itself_what_is_wrong():
     class Needing(OwnLaw):
-        def __init__(self, scenario, num_craft, stiffness):
-            super().__init__(scenario, num_craft, stiffness)
+        def __init__(self, scenario, num_spacecraft, stiffness):
+            super().__init__(scenario, num_spacecraft, stiffness)
 
     assert baselines.make(Needing, TASK, stiffness=0.5).stiffness == 0.5
     with pytest.raises(TypeError, match="stiffness"):

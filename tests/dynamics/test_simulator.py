@@ -187,11 +187,11 @@ def test_the_callers_command_is_not_changed():
 # ------------------------------------------------------------------------------------------------------------ rules
 
 
-@pytest.mark.parametrize("field", ["num_craft", "threads"])
+@pytest.mark.parametrize("field", ["num_spacecraft", "threads"])
 @pytest.mark.parametrize("value", [0, -1, 1.5, "two", None])
 def test_counts_must_be_positive_integers(field, value):
     with pytest.raises(ValueError, match=f"{field} must be a positive integer"):
-        Simulator(FLAGSHIP, **{"num_craft": 2, field: value})
+        Simulator(FLAGSHIP, **{"num_spacecraft": 2, field: value})
 
 
 @pytest.mark.parametrize(

@@ -35,8 +35,8 @@ class Picky(PD):
     search_space: ClassVar = {"rate_gain": Range(4.0, 8.0), "braking_share": Range(0.2, 1.8)}
     gains_at = classmethod(lambda cls, point: dict(point))
 
-    def __init__(self, scenario, num_craft=1, **gains):
-        super().__init__(scenario, num_craft, **gains)
+    def __init__(self, scenario, num_spacecraft=1, **gains):
+        super().__init__(scenario, num_spacecraft, **gains)
         self.wild = gains.get("rate_gain", 4.0) > 7.0
 
     def act(self, measurement):

@@ -12,8 +12,8 @@ class OwnLaw(Baseline):
 
     search_space = {"stiffness": Range(0.1, 1.0), "damping": Range(0.5, 5.0)}  # noqa: RUF012
 
-    def __init__(self, scenario, num_craft=1, stiffness=0.3, damping=2.0):
-        super().__init__(scenario, num_craft)
+    def __init__(self, scenario, num_spacecraft=1, stiffness=0.3, damping=2.0):
+        super().__init__(scenario, num_spacecraft)
         self.stiffness, self.damping = stiffness, damping
         self.wheels = scenario.spacecraft.wheels
         self.memory.add("calls", (1,))

@@ -14,10 +14,10 @@ from ftac_gym.dynamics import plant, sensing
 from ftac_gym.utils import compiling
 
 PIECES = """
-from parts.compiling import piece
+from parts.compiling import inlined
 
 
-@piece
+@inlined
 def scaled(value):
     return {factor} * value
 """

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from ftac_gym.utils.randomness import Purpose, keys_from_seeds, normal_pair, philox, uniforms
+from ftac_gym.utils.randomness import Stream, keys_from_seeds, normal_pair, philox, uniforms
 
 KNOWN_ANSWERS = [  # Random123 1.14, tests/kat_vectors, "philox4x32 10"
     (
@@ -25,7 +25,7 @@ KNOWN_ANSWERS = [  # Random123 1.14, tests/kat_vectors, "philox4x32 10"
 ]
 
 
-def deviates(seed=0, episodes=1000, purpose=Purpose.FAULTS, count=8):
+def deviates(seed=0, episodes=1000, purpose=Stream.FAULTS, count=8):
     keys = np.repeat(keys_from_seeds([seed]), episodes, axis=0)
     return uniforms(keys, np.arange(episodes), purpose, count)
 
@@ -72,19 +72,19 @@ def test_a_number_does_not_depend_on_how_many_are_asked_for(count):
 
 def test_a_number_does_not_depend_on_the_other_episodes_or_their_order():
     keys, episodes = keys_from_seeds([3, 4, 5]), np.array([10, 0, 7])
-    together = uniforms(keys, episodes, Purpose.INERTIA, 6)
+    together = uniforms(keys, episodes, Stream.INERTIA, 6)
     for row in (2, 0, 1):
-        alone = uniforms(keys[row : row + 1], episodes[row : row + 1], Purpose.INERTIA, 6)
+        alone = uniforms(keys[row : row + 1], episodes[row : row + 1], Stream.INERTIA, 6)
         np.testing.assert_array_equal(alone[0], together[row])
 
 
 def test_numbers_differ_between_seeds_episodes_purposes_and_positions():
-    streams = [deviates(seed, 50, purpose, 8) for seed in (0, 1, 2**40) for purpose in Purpose]
+    streams = [deviates(seed, 50, purpose, 8) for seed in (0, 1, 2**40) for purpose in Stream]
     everything = np.concatenate([stream.ravel() for stream in streams])
     assert len(np.unique(everything)) == everything.size
 
 
-@pytest.mark.parametrize("purpose", [purpose for purpose in Purpose if purpose is not Purpose.FAULTS])
+@pytest.mark.parametrize("purpose", [purpose for purpose in Stream if purpose is not Stream.FAULTS])
 def test_purposes_are_independent(purpose):
     assert_uncorrelated(deviates(episodes=5000), deviates(episodes=5000, purpose=purpose))
 
@@ -103,7 +103,7 @@ def test_pairs_of_neighbouring_numbers_fill_the_square():
 
 
 def test_numbers_stay_what_they_were_when_episode_lists_were_frozen():
-    numbers = uniforms(keys_from_seeds([0]), np.array([3]), Purpose.FAULTS, 3)
+    numbers = uniforms(keys_from_seeds([0]), np.array([3]), Stream.FAULTS, 3)
     np.testing.assert_array_equal(numbers, [[0.4706930000445658, 0.21812443248614954, 0.47628000266377635]])
 
 

@@ -182,7 +182,7 @@ def test_the_environment_is_reached_through_the_wrappers(make):
     env = wrapped(inner, STACKS[-2])
     env.reset(seed=0)
     assert env.unwrapped is inner
-    assert env.unwrapped.measurement().time.tolist() == [0.0] * env.stage.num_craft
+    assert env.unwrapped.measurement().time.tolist() == [0.0] * env.stage.num_spacecraft
     assert env.information == "oracle" and env.env.information == "attitude"
 
 

@@ -30,7 +30,7 @@ class AFNTSMC(HybridLaw):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     linear, terminal
         k2, k3 [rad/s].
@@ -73,7 +73,7 @@ class AFNTSMC(HybridLaw):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int = 1,
+        num_spacecraft: int = 1,
         linear: float = 1.0,
         terminal: float = 1.0,
         exponent: float = 0.6,
@@ -88,7 +88,7 @@ class AFNTSMC(HybridLaw):
         hysteresis: float | None = None,
         attitude_filter_time: float = 0.0,
     ) -> None:
-        super().__init__(scenario, num_craft, hysteresis, attitude_filter_time)
+        super().__init__(scenario, num_spacecraft, hysteresis, attitude_filter_time)
         self._surface = NonsingularTerminalSurface(linear, terminal, exponent, bound)
         with fields_named("reaching_"):
             self._reaching = PowerReaching(reaching_linear, reaching_power_gain, reaching_exponent)

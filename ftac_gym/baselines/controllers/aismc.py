@@ -28,7 +28,7 @@ class AISMC(FlexibleLaw):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     design
         Where K_i [N m s/rad] is from, see :class:`~ftac_gym.baselines.controllers.fuzzy_smc.FuzzySMC`.
@@ -55,7 +55,7 @@ class AISMC(FlexibleLaw):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int = 1,
+        num_spacecraft: int = 1,
         design: str = "solved",
         slope: float = 2.0,
         margin: float = 0.002,
@@ -64,7 +64,7 @@ class AISMC(FlexibleLaw):
         short_way: bool = True,
         attitude_filter_time: float = 0.0,
     ) -> None:
-        super().__init__(scenario, num_craft, "none", None, slope, limit, short_way, attitude_filter_time)
+        super().__init__(scenario, num_spacecraft, "none", None, slope, limit, short_way, attitude_filter_time)
         self._feedback = scheduled_feedback(scenario, design)
         self._quick_inverse: FloatArray = np.linalg.inv(self._quick_inertia).astype(np.float64)
         self._membership = TriangularSets()

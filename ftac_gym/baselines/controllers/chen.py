@@ -16,7 +16,7 @@ class ChenLaw(DirectLaw):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     shadow_switch
         Whether sigma changes to its shadow, -sigma/|sigma|^2, beyond 180 degrees. Without, sigma starts as the
@@ -30,10 +30,12 @@ class ChenLaw(DirectLaw):
         If the reference moves, or a gain breaks a rule.
     """
 
-    def __init__(self, scenario: Scenario, num_craft: int, shadow_switch: bool, attitude_filter_time: float) -> None:
+    def __init__(
+        self, scenario: Scenario, num_spacecraft: int, shadow_switch: bool, attitude_filter_time: float
+    ) -> None:
         rule = "must be at rest: this law has no term for a reference rate"
         require(not scenario.reference.moving, "reference", rule, type(scenario.reference).__name__)
-        super().__init__(scenario, num_craft, attitude_filter_time)
+        super().__init__(scenario, num_spacecraft, attitude_filter_time)
         self._hybrid = None if shadow_switch else HybridError(self.memory, None)
 
     def _sigma(self, attitude: FloatArray, measurement: Measurement, move_on: bool) -> FloatArray:

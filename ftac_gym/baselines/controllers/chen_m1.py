@@ -48,7 +48,7 @@ class ChenM1(ChenLaw):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     attitude_gain, rate_gain
         k1, k2 [1/s].
@@ -87,7 +87,7 @@ class ChenM1(ChenLaw):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int = 1,
+        num_spacecraft: int = 1,
         attitude_gain: float = 0.1,
         rate_gain: float = 0.8,
         attitude_power_gain: float = 0.01,
@@ -106,7 +106,7 @@ class ChenM1(ChenLaw):
         margin: float = 1e-5,
         attitude_filter_time: float = 0.0,
     ) -> None:
-        super().__init__(scenario, num_craft, True, attitude_filter_time)
+        super().__init__(scenario, num_spacecraft, True, attitude_filter_time)
         self._attitude_gain = positive(attitude_gain, "attitude_gain")
         self._attitude_power_gain = non_negative(attitude_power_gain, "attitude_power_gain")
         self._power = power

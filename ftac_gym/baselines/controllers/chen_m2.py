@@ -21,7 +21,7 @@ class ChenM2(ChenLaw):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     attitude_gain, rate_gain
         k1, k2 [1/s].
@@ -47,7 +47,7 @@ class ChenM2(ChenLaw):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int = 1,
+        num_spacecraft: int = 1,
         attitude_gain: float = 0.1,
         rate_gain: float = 0.8,
         fuzzy_width: float = 0.5,
@@ -56,7 +56,7 @@ class ChenM2(ChenLaw):
         shadow_switch: bool = True,
         attitude_filter_time: float = 0.0,
     ) -> None:
-        super().__init__(scenario, num_craft, shadow_switch, attitude_filter_time)
+        super().__init__(scenario, num_spacecraft, shadow_switch, attitude_filter_time)
         self._attitude_gain, self._rate_gain = (
             positive(attitude_gain, "attitude_gain"),
             positive(rate_gain, "rate_gain"),

@@ -31,7 +31,7 @@ class ChenM3(ChenLaw):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     linear, terminal
         K1, K2 [rad/s].
@@ -70,7 +70,7 @@ class ChenM3(ChenLaw):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int = 1,
+        num_spacecraft: int = 1,
         linear: float = 0.4,
         terminal: float = 0.2,
         exponent: float = 9.0 / 11.0,
@@ -85,7 +85,7 @@ class ChenM3(ChenLaw):
         shadow_switch: bool = True,
         attitude_filter_time: float = 0.0,
     ) -> None:
-        super().__init__(scenario, num_craft, shadow_switch, attitude_filter_time)
+        super().__init__(scenario, num_spacecraft, shadow_switch, attitude_filter_time)
         self._surface = NonsingularTerminalSurface(linear, terminal, exponent, bound)
         with fields_named("reaching_"):
             self._reaching = PowerReaching(reaching_linear, reaching_power_gain, reaching_exponent)

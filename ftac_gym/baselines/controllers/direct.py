@@ -19,7 +19,7 @@ class DirectLaw(Baseline):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     attitude_filter_time
         Time constant of the attitude filter [s]; zero uses the star tracker as it comes.
@@ -30,8 +30,8 @@ class DirectLaw(Baseline):
         If a gain breaks a rule.
     """
 
-    def __init__(self, scenario: Scenario, num_craft: int, attitude_filter_time: float) -> None:
-        super().__init__(scenario, num_craft)
+    def __init__(self, scenario: Scenario, num_spacecraft: int, attitude_filter_time: float) -> None:
+        super().__init__(scenario, num_spacecraft)
         craft = scenario.spacecraft
         self._inertia = craft.inertia_matrix
         self._period = scenario.control_period

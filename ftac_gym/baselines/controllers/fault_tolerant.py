@@ -25,7 +25,7 @@ class FaultTolerantLaw(Baseline):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     faults
         ``"none"``, the name of an observer (:mod:`ftac_gym.baselines.observers`), or ``"oracle"``.
@@ -48,12 +48,12 @@ class FaultTolerantLaw(Baseline):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int = 1,
+        num_spacecraft: int = 1,
         faults: str = "none",
         observer: Mapping[str, Any] | None = None,
         smallest_effectiveness: float = 0.05,
     ) -> None:
-        super().__init__(scenario, num_craft)
+        super().__init__(scenario, num_spacecraft)
         rule = "must be an observer of single wheels: this law takes no torque on the body off"
         require(self.takes_torques or faults not in observers.OF_TORQUES, "faults", rule, faults)
         craft = scenario.spacecraft

@@ -37,7 +37,7 @@ class FlexibleLaw(FaultTolerantLaw):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     faults, observer
         See :class:`~ftac_gym.baselines.controllers.fault_tolerant.FaultTolerantLaw`.
@@ -62,7 +62,7 @@ class FlexibleLaw(FaultTolerantLaw):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int,
+        num_spacecraft: int,
         faults: str,
         observer: Mapping[str, Any] | None,
         slope: float,
@@ -70,7 +70,7 @@ class FlexibleLaw(FaultTolerantLaw):
         short_way: bool,
         attitude_filter_time: float,
     ) -> None:
-        super().__init__(scenario, num_craft, faults, observer)
+        super().__init__(scenario, num_spacecraft, faults, observer)
         require(limit in LIMITS, "limit", f"must be one of {list(LIMITS)}", limit)
         self._slope = non_negative(slope, "slope")
         self._limit, self._short_way = limit, bool(short_way)

@@ -23,7 +23,7 @@ class FuzzyPD(FlexibleLaw):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     faults, observer
         See :class:`~ftac_gym.baselines.controllers.fault_tolerant.FaultTolerantLaw`.
@@ -51,7 +51,7 @@ class FuzzyPD(FlexibleLaw):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int = 1,
+        num_spacecraft: int = 1,
         faults: str = "fafeo",
         observer: Mapping[str, Any] | None = None,
         position_gain: float = 20.0,
@@ -62,7 +62,7 @@ class FuzzyPD(FlexibleLaw):
         short_way: bool = True,
         attitude_filter_time: float = 0.0,
     ) -> None:
-        super().__init__(scenario, num_craft, faults, observer, slope, limit, short_way, attitude_filter_time)
+        super().__init__(scenario, num_spacecraft, faults, observer, slope, limit, short_way, attitude_filter_time)
         require(compensation in COMPENSATIONS, "compensation", f"must be one of {list(COMPENSATIONS)}", compensation)
         self._position_gain = positive(position_gain, "position_gain")
         self._rate_gain = positive(rate_gain, "rate_gain")

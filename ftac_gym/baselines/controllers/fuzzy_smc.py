@@ -25,7 +25,7 @@ class FuzzySMC(FlexibleLaw):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     faults, observer
         See :class:`~ftac_gym.baselines.controllers.fault_tolerant.FaultTolerantLaw`.
@@ -60,7 +60,7 @@ class FuzzySMC(FlexibleLaw):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int = 1,
+        num_spacecraft: int = 1,
         faults: str = "fafeo",
         observer: Mapping[str, Any] | None = None,
         design: str = "solved",
@@ -74,7 +74,7 @@ class FuzzySMC(FlexibleLaw):
         short_way: bool = True,
         attitude_filter_time: float = 0.0,
     ) -> None:
-        super().__init__(scenario, num_craft, faults, observer, slope, limit, short_way, attitude_filter_time)
+        super().__init__(scenario, num_spacecraft, faults, observer, slope, limit, short_way, attitude_filter_time)
         share = positive(feedback_share, "feedback_share")
         feedback = scheduled_feedback(scenario, design, share, scheduled)
         self._membership = TriangularSets()

@@ -55,7 +55,7 @@ class HSFC(HybridLaw):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     gain
         k [N m].
@@ -98,7 +98,7 @@ class HSFC(HybridLaw):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int = 1,
+        num_spacecraft: int = 1,
         gain: float = 5.0,
         attitude_gain: float = 5.0,
         adaptation: float = 0.01,
@@ -111,7 +111,7 @@ class HSFC(HybridLaw):
         hysteresis: float | None = 0.1,
         attitude_filter_time: float = 0.0,
     ) -> None:
-        super().__init__(scenario, num_craft, hysteresis, attitude_filter_time)
+        super().__init__(scenario, num_spacecraft, hysteresis, attitude_filter_time)
         self._gain = positive(gain, "gain")
         self._attitude_gain = non_negative(attitude_gain, "attitude_gain")
         self._adaptation = non_negative(adaptation, "adaptation")

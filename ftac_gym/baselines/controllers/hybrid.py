@@ -18,7 +18,7 @@ class HybridLaw(DirectLaw):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     hysteresis
         eta, see :class:`~ftac_gym.baselines.components.double_cover.HybridError`; None never jumps.
@@ -32,9 +32,9 @@ class HybridLaw(DirectLaw):
     """
 
     def __init__(
-        self, scenario: Scenario, num_craft: int, hysteresis: float | None, attitude_filter_time: float
+        self, scenario: Scenario, num_spacecraft: int, hysteresis: float | None, attitude_filter_time: float
     ) -> None:
-        super().__init__(scenario, num_craft, attitude_filter_time)
+        super().__init__(scenario, num_spacecraft, attitude_filter_time)
         self._hybrid = HybridError(self.memory, hysteresis)
         self._largest_inertia = float(np.linalg.norm(self._inertia, 2))
 

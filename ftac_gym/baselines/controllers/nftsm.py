@@ -34,7 +34,7 @@ class NFTSM(RelativeLaw):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     faults, observer
         Where the estimates of the faults come from.
@@ -77,7 +77,7 @@ class NFTSM(RelativeLaw):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int = 1,
+        num_spacecraft: int = 1,
         faults: str = "none",
         observer: Mapping[str, Any] | None = None,
         linear: float = 0.05,
@@ -89,7 +89,7 @@ class NFTSM(RelativeLaw):
         rate_gain: float = 4.0,
         attitude_filter_time: float = 1.0,
     ) -> None:
-        super().__init__(scenario, num_craft, faults, observer, attitude_filter_time)
+        super().__init__(scenario, num_spacecraft, faults, observer, attitude_filter_time)
         self._surface = NonsingularTerminalSurface(linear, terminal, exponent, bound)
         non_negative(reaching_linear, "reaching_linear")
         rule = f"must exceed reaching_linear = {reaching_linear!r}"

@@ -35,7 +35,7 @@ class PD(Baseline):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     position_gain
         c_p [1/s], below c_d.
@@ -78,7 +78,7 @@ class PD(Baseline):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int = 1,
+        num_spacecraft: int = 1,
         position_gain: float = 3.9498,
         rate_gain: float = 7.7145,
         braking_share: float = 0.7234,
@@ -87,7 +87,7 @@ class PD(Baseline):
         allocation: str = "minimax",
         telemetry: bool = False,
     ) -> None:
-        super().__init__(scenario, num_craft)
+        super().__init__(scenario, num_spacecraft)
         # The gains in use; scheduled ones are arrays (N, 1).
         self._position_gain: float | FloatArray = positive(position_gain, "position_gain")
         self._rate_gain: float | FloatArray = positive(rate_gain, "rate_gain")
@@ -175,12 +175,12 @@ class PDDisturbanceObserver(PD):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int = 1,
+        num_spacecraft: int = 1,
         bandwidth: float = 4.5602,
         telemetry: bool = False,
         **gains: Any,
     ) -> None:
-        super().__init__(scenario, num_craft, telemetry=telemetry, **gains)
+        super().__init__(scenario, num_spacecraft, telemetry=telemetry, **gains)
         self._observer = DisturbanceObserver(scenario, self.memory, bandwidth, self._gyroscopic)
 
     def _schedule(self, gains: Mapping[str, FloatArray]) -> None:

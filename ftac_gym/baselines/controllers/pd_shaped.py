@@ -46,7 +46,7 @@ class ShapedPD(PDDisturbanceObserver):
 
     Parameters
     ----------
-    scenario, num_craft, bandwidth, telemetry
+    scenario, num_spacecraft, bandwidth, telemetry
         As for :class:`PDDisturbanceObserver`.
     acceleration_share
         Share of what healthy wheels can give about an axis that the turn, and the stop, use. The rest is for feedback,
@@ -79,7 +79,7 @@ class ShapedPD(PDDisturbanceObserver):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int = 1,
+        num_spacecraft: int = 1,
         acceleration_share: float = 0.5,
         order: int = 2,
         shaped_modes: int | None = None,
@@ -87,7 +87,7 @@ class ShapedPD(PDDisturbanceObserver):
     ) -> None:
         rule = "must be at rest: the slew is planned to an attitude that stays"
         require(not scenario.reference.moving, "reference", rule, type(scenario.reference).__name__)
-        super().__init__(scenario, num_craft, **gains)
+        super().__init__(scenario, num_spacecraft, **gains)
         self._share = positive(acceleration_share, "acceleration_share")
         require(acceleration_share <= 1.0, "acceleration_share", "must not exceed 1", acceleration_share)
         self._shaper = shaper_of(scenario.spacecraft.appendages, order, shaped_modes)

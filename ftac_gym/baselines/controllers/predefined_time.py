@@ -29,7 +29,7 @@ class PredefinedTimeLaw(RelativeLaw):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     faults, observer
         Where the estimates of the faults come from.
@@ -65,7 +65,7 @@ class PredefinedTimeLaw(RelativeLaw):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int = 1,
+        num_spacecraft: int = 1,
         faults: str = "none",
         observer: Mapping[str, Any] | None = None,
         position_exponent: float = 0.25,
@@ -77,7 +77,7 @@ class PredefinedTimeLaw(RelativeLaw):
         switching_gain: float = 1e-4,
         attitude_filter_time: float = 1.0,
     ) -> None:
-        super().__init__(scenario, num_craft, faults, observer, attitude_filter_time)
+        super().__init__(scenario, num_spacecraft, faults, observer, attitude_filter_time)
         rule = f"must be below rate_gain = {rate_gain!r}"
         require(positive(position_gain, "position_gain") < rate_gain, "position_gain", rule, position_gain)
         with fields_named("position_"):

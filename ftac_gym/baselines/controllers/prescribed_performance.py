@@ -35,7 +35,7 @@ class PrescribedPerformance(RelativeLaw):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     faults, observer
         Where the estimates of the faults come from.
@@ -70,7 +70,7 @@ class PrescribedPerformance(RelativeLaw):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int = 1,
+        num_spacecraft: int = 1,
         faults: str = "none",
         observer: Mapping[str, Any] | None = None,
         attitude_gain: float = 0.05,
@@ -82,7 +82,7 @@ class PrescribedPerformance(RelativeLaw):
         margin: float = 0.05,
         attitude_filter_time: float = 1.0,
     ) -> None:
-        super().__init__(scenario, num_craft, faults, observer, attitude_filter_time)
+        super().__init__(scenario, num_spacecraft, faults, observer, attitude_filter_time)
         self._attitude_gain = positive(attitude_gain, "attitude_gain")
         with fields_named("rate_", linear="rate_gain", exponent="power"):
             self._reaching = PowerReaching(rate_gain, rate_power_gain, power)

@@ -53,7 +53,7 @@ class PTC(FaultTolerantLaw):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     faults, observer
         Where the estimates of the faults come from.
@@ -92,7 +92,7 @@ class PTC(FaultTolerantLaw):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int = 1,
+        num_spacecraft: int = 1,
         faults: str = "none",
         observer: Mapping[str, Any] | None = None,
         position_exponent: float = 0.25,
@@ -106,7 +106,7 @@ class PTC(FaultTolerantLaw):
         layer: float = 0.0,
         smallest_effectiveness: float = 0.05,
     ) -> None:
-        super().__init__(scenario, num_craft, faults, observer, smallest_effectiveness)
+        super().__init__(scenario, num_spacecraft, faults, observer, smallest_effectiveness)
         with fields_named("position_"):
             position = PredefinedTime(position_exponent, position_time, position_regularisation)
         with fields_named("rate_"):

@@ -31,7 +31,7 @@ class RAFTSMCClass(FlexibleLaw):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     first, second
         k1, k2 [rad/s].
@@ -69,7 +69,7 @@ class RAFTSMCClass(FlexibleLaw):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int = 1,
+        num_spacecraft: int = 1,
         first: float = 0.2,
         second: float = 0.2,
         first_exponent: float = 1.2,
@@ -86,7 +86,7 @@ class RAFTSMCClass(FlexibleLaw):
         short_way: bool = True,
         attitude_filter_time: float = 0.0,
     ) -> None:
-        super().__init__(scenario, num_craft, "none", None, 0.0, limit, short_way, attitude_filter_time)
+        super().__init__(scenario, num_spacecraft, "none", None, 0.0, limit, short_way, attitude_filter_time)
         self._first = non_negative(first, "first")
         for name, value in (("first_exponent", first_exponent), ("high_exponent", high_exponent)):
             require(1.0 <= value < np.inf, name, "must be at least 1, and finite", value)

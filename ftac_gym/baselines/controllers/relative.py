@@ -34,7 +34,7 @@ class RelativeLaw(FaultTolerantLaw):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     faults, observer
         See :class:`~ftac_gym.baselines.controllers.fault_tolerant.FaultTolerantLaw`.
@@ -52,12 +52,12 @@ class RelativeLaw(FaultTolerantLaw):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int,
+        num_spacecraft: int,
         faults: str,
         observer: Mapping[str, Any] | None,
         attitude_filter_time: float,
     ) -> None:
-        super().__init__(scenario, num_craft, faults, observer)
+        super().__init__(scenario, num_spacecraft, faults, observer)
         self._moving = scenario.reference.moving
         self._filter = AttitudeFilter(scenario, self.memory, attitude_filter_time)
 

@@ -34,7 +34,7 @@ class ShenClass(FaultTolerantLaw):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline; every wheel needs a torque limit.
     surface_gain, surface_steepness
         alpha [rad/s], beta.
@@ -69,7 +69,7 @@ class ShenClass(FaultTolerantLaw):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int = 1,
+        num_spacecraft: int = 1,
         surface_gain: float = 0.2,
         surface_steepness: float = 1.8,
         gain: float = 100.0,
@@ -80,7 +80,7 @@ class ShenClass(FaultTolerantLaw):
         monitor_gain: float = 5.0,
         monitor_threshold: float = 2e-3,
     ) -> None:
-        super().__init__(scenario, num_craft)
+        super().__init__(scenario, num_spacecraft)
         limited = bool(np.isfinite(self._torque_limits).all())
         require(limited, "torque_limit", "must be finite for every wheel", self._torque_limits.tolist())
         self._surface_gain = positive(surface_gain, "surface_gain")

@@ -30,7 +30,7 @@ class SHOPDPlus(HybridLaw):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     gain, damping
         k4, k5 [N m].
@@ -62,7 +62,7 @@ class SHOPDPlus(HybridLaw):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int = 1,
+        num_spacecraft: int = 1,
         gain: float = 30.0,
         damping: float = 8.0,
         filter_rate: float = 1.0,
@@ -71,7 +71,7 @@ class SHOPDPlus(HybridLaw):
         hysteresis: float | None = 0.1,
         attitude_filter_time: float = 0.0,
     ) -> None:
-        super().__init__(scenario, num_craft, hysteresis, attitude_filter_time)
+        super().__init__(scenario, num_spacecraft, hysteresis, attitude_filter_time)
         self._gain, self._damping = positive(gain, "gain"), positive(damping, "damping")
         self._kept = math.exp(-positive(filter_rate, "filter_rate") * self._period)
         self._filter_gain = positive(filter_gain, "filter_gain")

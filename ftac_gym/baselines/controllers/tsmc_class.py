@@ -23,7 +23,7 @@ class TSMCClass(RelativeLaw):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     faults, observer
         Where the estimates of the faults come from.
@@ -54,7 +54,7 @@ class TSMCClass(RelativeLaw):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int = 1,
+        num_spacecraft: int = 1,
         faults: str = "none",
         observer: Mapping[str, Any] | None = None,
         linear: float = 0.3,
@@ -66,7 +66,7 @@ class TSMCClass(RelativeLaw):
         reaching_exponent: float = 0.5,
         attitude_filter_time: float = 0.0,
     ) -> None:
-        super().__init__(scenario, num_craft, faults, observer, attitude_filter_time)
+        super().__init__(scenario, num_spacecraft, faults, observer, attitude_filter_time)
         self._surface = FastTerminalSurface(linear, terminal, exponent, guard)
         with fields_named("reaching_"):
             self._reaching = PowerReaching(reaching_linear, reaching_power_gain, reaching_exponent)

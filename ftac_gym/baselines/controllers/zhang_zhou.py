@@ -21,7 +21,7 @@ class ZhangZhou(FaultTolerantLaw):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     faults, observer
         See :class:`~ftac_gym.baselines.controllers.fault_tolerant.FaultTolerantLaw`.
@@ -48,7 +48,7 @@ class ZhangZhou(FaultTolerantLaw):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int,
+        num_spacecraft: int,
         faults: str,
         observer: Mapping[str, Any] | None,
         reaching_linear: float,
@@ -60,7 +60,7 @@ class ZhangZhou(FaultTolerantLaw):
         network_gain: float,
         anti_saturation: Mapping[str, Any] | None,
     ) -> None:
-        super().__init__(scenario, num_craft, faults, observer)
+        super().__init__(scenario, num_spacecraft, faults, observer)
         self._layer = non_negative(layer, "layer")
         with fields_named("reaching_"):
             self._reaching = ExponentialReaching(

@@ -34,7 +34,7 @@ class ZhangZhouStabilisation(ZhangZhou):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline; the reference must be at rest.
     faults, observer
         Where the estimates of the faults come from.
@@ -67,7 +67,7 @@ class ZhangZhouStabilisation(ZhangZhou):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int = 1,
+        num_spacecraft: int = 1,
         faults: str = "none",
         observer: Mapping[str, Any] | None = None,
         linear: float = 0.6,
@@ -87,7 +87,7 @@ class ZhangZhouStabilisation(ZhangZhou):
         rule = "must be at rest: this law has no term for a reference rate"
         require(not scenario.reference.moving, "reference", rule, type(scenario.reference).__name__)
         super().__init__(
-            scenario, num_craft, faults, observer, reaching_linear, reaching_switching, reaching_floor,
+            scenario, num_spacecraft, faults, observer, reaching_linear, reaching_switching, reaching_floor,
             reaching_steepness, reaching_power, layer, network_gain, anti_saturation,
         )  # fmt: skip
         self._linear, self._terminal = non_negative(linear, "linear"), non_negative(terminal, "terminal")

@@ -54,7 +54,7 @@ class ZhangZhouTracking(ZhangZhou):
 
     Parameters
     ----------
-    scenario, num_craft
+    scenario, num_spacecraft
         As for every baseline.
     faults, observer
         Where the estimates of the faults come from.
@@ -94,7 +94,7 @@ class ZhangZhouTracking(ZhangZhou):
     def __init__(
         self,
         scenario: Scenario,
-        num_craft: int = 1,
+        num_spacecraft: int = 1,
         faults: str = "none",
         observer: Mapping[str, Any] | None = None,
         virtual_gain: float = 0.6,
@@ -119,7 +119,7 @@ class ZhangZhouTracking(ZhangZhou):
         anti_saturation: Mapping[str, Any] | None = None,
     ) -> None:
         super().__init__(
-            scenario, num_craft, faults, observer, reaching_linear, reaching_switching, reaching_floor,
+            scenario, num_spacecraft, faults, observer, reaching_linear, reaching_switching, reaching_floor,
             reaching_steepness, reaching_power, layer, network_gain, anti_saturation,
         )  # fmt: skip
         self._virtual_gain = positive(virtual_gain, "virtual_gain")

@@ -101,5 +101,5 @@ def snapshots(core: Core, policy: str = "") -> tuple[Snapshot, ...]:
             modal_displacement=state.modal_displacement[craft].copy(),
             policy=policy,
         )
-        for craft in range(simulator.num_craft)
+        for craft in range(simulator.num_spacecraft)
     )

@@ -98,7 +98,7 @@ def test_torque_is_that_of_the_printed_law(case, reference, seed, rate):
     name, options, theirs, numbers = MEMORYLESS[case]
     scenario = free(reference)
     measurement = drawn(scenario, seed, rate=rate)
-    law = baselines.make(name, scenario, num_craft=6, **options)
+    law = baselines.make(name, scenario, num_spacecraft=6, **options)
     again = Law(scenario.spacecraft, feedback=gains_of(scenario), **theirs)
     torque = again.fuzzy_smc if name == "fuzzy_smc" else again.fuzzy_pd
     expected = np.array([torque(*state, **numbers) for state in each(measurement)])
@@ -113,7 +113,7 @@ def test_feedback_can_be_a_share_and_need_not_be_scheduled():
         ({"feedback_share": 2.5}, 2.5 * feedback),
         ({"scheduled": False}, np.tile(feedback.mean(axis=0), (8, 1, 1))),
     ):
-        law = baselines.make("fuzzy_smc", scenario, num_craft=6, faults="none", observer=None, **options)
+        law = baselines.make("fuzzy_smc", scenario, num_spacecraft=6, faults="none", observer=None, **options)
         again = Law(scenario.spacecraft, feedback=theirs)
         close(law.act(measurement), np.array([again.fuzzy_smc(*state) for state in each(measurement)]))
 
@@ -123,7 +123,7 @@ def test_feedback_can_be_a_share_and_need_not_be_scheduled():
 @pytest.mark.parametrize("reference", [MOVING, LI.reference], ids=["moving", "at rest"])
 def test_laws_with_a_memory_along_random_walks(name, short_way, reference):
     scenario, count = free(reference), 4
-    law = baselines.make(name, scenario, num_craft=count, short_way=short_way)
+    law = baselines.make(name, scenario, num_spacecraft=count, short_way=short_way)
     kind, others = (Integral, {"feedback": gains_of(scenario)}) if name == "aismc" else (FixedTime, {})
     again = [kind(scenario.spacecraft, short_way=short_way, period=0.05, **others) for _ in range(count)]
     for step in range(40):
@@ -147,7 +147,7 @@ def test_laws_with_a_memory_along_random_walks(name, short_way, reference):
 def test_surface_of_raftsmc_near_zero():
     """On both sides of the bound, where the parabola takes over; its coefficients are the printed 8.8 and -252."""
     scenario, phi = free(LI.reference), 0.01
-    law = baselines.make("raftsmc_class", scenario, num_craft=7)
+    law = baselines.make("raftsmc_class", scenario, num_spacecraft=7)
     x = phi * np.array([-1.001, -1.0, -0.3, 0.0, 0.5, 0.999, 1.001])
     value, slope = law._surface(np.tile(x[:, None], (1, 3)))
     expected = FixedTime.surface(x)
@@ -164,7 +164,8 @@ def test_surface_of_raftsmc_near_zero():
 def test_estimates_are_taken_off(name):
     scenario = free()
     law, plain = (
-        baselines.make(name, scenario, num_craft=6, **options) for options in ({}, {"faults": "none", "observer": None})
+        baselines.make(name, scenario, num_spacecraft=6, **options)
+        for options in ({}, {"faults": "none", "observer": None})
     )
     for seed in range(10):
         measurement = drawn(scenario, seed, rate=0.05)
@@ -180,7 +181,7 @@ def test_estimates_are_taken_off(name):
 def test_four_wheels_share_the_torque_evenly(name):
     """The smallest largest wheel torque, and all scaled alike at the limit."""
     options = {"fuzzy_smc_solved": {"faults": "none"}, "aismc": {"design": "solved"}}.get(name, {})
-    law = baselines.make(name, FLEXIBLE, num_craft=6, **options)
+    law = baselines.make(name, FLEXIBLE, num_spacecraft=6, **options)
     craft, limited = Craft(FLEXIBLE), 0
     kinds = {
         "fuzzy_smc_solved": (Law, {}),
@@ -218,7 +219,7 @@ def test_limits(name, seed, rate, turn):
     scenario = LIMITED[name]
     limit, measurement = scenario.spacecraft.wheels.torque_limits, drawn(scenario, seed, rate=rate, turn=turn)
     each_one, together = (
-        baselines.make(name, scenario, num_craft=6, limit=kind).act(measurement) for kind in ("each", "sum")
+        baselines.make(name, scenario, num_spacecraft=6, limit=kind).act(measurement) for kind in ("each", "sum")
     )
     assert (np.abs(each_one) <= limit * (1.0 + 1e-12)).all()
     assert (np.abs(together).sum(axis=1) <= limit.min() * (1.0 + 1e-12)).all()
@@ -237,7 +238,7 @@ def test_the_short_way_does_not_care_for_the_sign_of_the_quaternion(name):
     turned = Measurement(**{**measurement.__dict__, "attitude": -measurement.attitude})
     for short_way in (True, False):
         one, other = (
-            baselines.make(name, scenario, num_craft=6, short_way=short_way).act(given)
+            baselines.make(name, scenario, num_spacecraft=6, short_way=short_way).act(given)
             for given in (measurement, turned)
         )
         assert (np.abs(one - other).max() < 1e-12 * np.abs(one).max()) == short_way
@@ -305,7 +306,7 @@ def test_variable_of_the_law_is_that_of_the_kinematics():
     """C(q_e) of the helper and of the law turn a reference rate alike."""
     scenario = free()
     measurement = drawn(scenario, 5)
-    law = baselines.make("fuzzy_pd", scenario, num_craft=6, slope=0.0)
+    law = baselines.make("fuzzy_pd", scenario, num_spacecraft=6, slope=0.0)
     for s, (q, w, reference) in zip(law.sliding_variable(measurement), each(measurement), strict=True):
         matrix = rotation(q) @ rotation(reference[0]).T
         np.testing.assert_allclose(s, w - matrix @ reference[1], rtol=0.0, atol=1e-14)

@@ -192,7 +192,7 @@ def test_unknown_baseline_and_craft():
     known = r"baseline must be one of \[.*'pd', 'pd_dob'.*\], or .module:Class. for a law of your own, got 'lqr'"
     with pytest.raises(ValueError, match=known):
         baselines.make("lqr", FLAGSHIP)
-    with pytest.raises(ValueError, match="num_craft must be a positive integer, got 0"):
+    with pytest.raises(ValueError, match="num_spacecraft must be a positive integer, got 0"):
         baselines.make("pd", FLAGSHIP, 0)
 
 

@@ -21,8 +21,8 @@ COUNT = 8
 
 def fly(scenario, law, duration=70.0, seed=0):
     """Return the modal energies [J] and errors [deg], (steps, N), and the commands [N m]."""
-    simulator = Simulator(scenario, law.num_craft)
-    simulator.reset(scenario.draw(seed, law.num_craft))
+    simulator = Simulator(scenario, law.num_spacecraft)
+    simulator.reset(scenario.draw(seed, law.num_spacecraft))
     energies, errors, commands = [], [], []
     for _ in range(round(duration / scenario.control_period)):
         command = law.act(simulator.measurement())
