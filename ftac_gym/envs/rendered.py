@@ -8,7 +8,7 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.envs.core import CoreAccess
+from ftac_gym.envs.batch import BatchAccess
 from ftac_gym.utils.parameters import require
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 RENDER_MODES = ("human", "rgb_array")
 
 
-class Rendered(CoreAccess):
+class Rendered(BatchAccess):
     """An environment of this package that can be looked at."""
 
     metadata: dict[str, Any]
@@ -45,7 +45,7 @@ class Rendered(CoreAccess):
         require(render_mode is None or render_mode in RENDER_MODES, "render_mode", rule, render_mode)
         self.render_mode = render_mode
         self._size = (width, height)
-        frames_per_second = round(1.0 / self.core.scenario.control_period, 6)
+        frames_per_second = round(1.0 / self.batch.scenario.control_period, 6)
         self.metadata = {**self.metadata, "render_fps": frames_per_second}
         if render_mode is not None:
             self._watch()
@@ -54,7 +54,7 @@ class Rendered(CoreAccess):
         if self._viewer is None:
             from ftac_gym.envs.rendering.viewer import Viewer
 
-            self._viewer = Viewer(self.core, *self._size)
+            self._viewer = Viewer(self.batch, *self._size)
         return self._viewer
 
     def _frames(self) -> tuple[npt.NDArray[np.uint8], ...] | None:

@@ -10,7 +10,7 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.envs.core import Core, requested_episodes, resolve_scenario
+from ftac_gym.envs.batch import SpacecraftBatch, requested_episodes, resolve_scenario
 from ftac_gym.envs.rendered import RENDER_MODES, Rendered
 from ftac_gym.envs.reward import TERMS, total
 from ftac_gym.task.scenario import Scenario
@@ -103,9 +103,11 @@ class SpacecraftFTCEnv(Rendered, gym.Env[Observation, npt.NDArray[Any]]):
         default_scenario: str = "flagship",
         **scenario_changes: Any,
     ) -> None:
-        self.core = Core(resolve_scenario(scenario, default_scenario, scenario_changes), observation, num_spacecraft=1)
-        self.observation_space = self.core.observation_space
-        self.action_space = self.core.action_space
+        self.batch = SpacecraftBatch(
+            resolve_scenario(scenario, default_scenario, scenario_changes), observation, num_spacecraft=1
+        )
+        self.observation_space = self.batch.observation_space
+        self.action_space = self.batch.action_space
         self._seeded = False
         self._prepare_rendering(render_mode, width, height)
 
@@ -129,11 +131,11 @@ class SpacecraftFTCEnv(Rendered, gym.Env[Observation, npt.NDArray[Any]]):
         if seed is not None or not self._seeded:
             # Without a seed Gymnasium draws one from the operating system's entropy.
             known = self.np_random_seed
-            self.core.seed(0, known if known is not None and known >= 0 else int(self.np_random.integers(2**63)))
+            self.batch.seed(0, known if known is not None and known >= 0 else int(self.np_random.integers(2**63)))
             self._seeded = True
         episodes = requested_episodes(options, ("episodes",))
-        observation = np.empty((1, self.core.observer.layout.size), dtype=np.float32)
-        self.core.reset(self.core.all_craft, observation, episodes)
+        observation = np.empty((1, self.batch.observer.layout.size), dtype=np.float32)
+        self.batch.reset(self.batch.indices, observation, episodes)
         self._show()
         return observation[0], self._info()
 
@@ -157,7 +159,7 @@ class SpacecraftFTCEnv(Rendered, gym.Env[Observation, npt.NDArray[Any]]):
         action = np.asarray(action)
         if action.shape != self.action_space.shape:
             raise ValueError(f"action must have shape {self.action_space.shape}, got {action.shape}")
-        observation, terms, terminated, truncated = self.core.step(action[None])
+        observation, terms, terminated, truncated = self.batch.step(action[None])
         info = self._info()
         values = terms[:, 0].tolist()
         info["reward_terms"] = dict(zip(TERMS, values, strict=True))
@@ -174,10 +176,10 @@ class SpacecraftFTCEnv(Rendered, gym.Env[Observation, npt.NDArray[Any]]):
         self._stop_watching()
 
     def _info(self) -> dict[str, Any]:
-        # The same keys and values as Core.facts, without the cost of arrays.
-        simulator, reward = self.core.simulator, self.core.reward
+        # The same keys and values as SpacecraftBatch.facts, without the cost of arrays.
+        simulator, reward = self.batch.simulator, self.batch.reward
         return {
-            "time": int(simulator.ticks[0]) * self.core.scenario.control_period,
+            "time": int(simulator.ticks[0]) * self.batch.scenario.control_period,
             "attitude_error": math.degrees(reward.attitude_error[0]),
             "rate_error": math.degrees(reward.rate_error[0]),
             "is_success": bool(reward.success[0]),

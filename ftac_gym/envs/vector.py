@@ -11,7 +11,7 @@ import numpy.typing as npt
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from ftac_gym.envs.core import BoolArray, Core, requested_episodes, resolve_scenario
+from ftac_gym.envs.batch import BoolArray, SpacecraftBatch, requested_episodes, resolve_scenario
 from ftac_gym.envs.rendered import RENDER_MODES, Rendered
 from ftac_gym.envs.reward import TERMS, total
 from ftac_gym.task.measurement import Measurement
@@ -78,16 +78,16 @@ class SpacecraftFTCVectorEnv(Rendered, VectorEnv[Observation, npt.NDArray[Any], 
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
         chosen = resolve_scenario(scenario, default_scenario, scenario_changes)
-        self.core = Core(chosen, observation, self.num_envs, threads)
+        self.batch = SpacecraftBatch(chosen, observation, self.num_envs, threads)
         if max_episode_steps is not None and max_episode_steps != -1:
             require(max_episode_steps > 0, "max_episode_steps", "must be positive", max_episode_steps)
-            self.core.horizon = min(self.core.horizon, int(max_episode_steps))
-        self.single_observation_space = self.core.observation_space
-        self.single_action_space = self.core.action_space
+            self.batch.horizon = min(self.batch.horizon, int(max_episode_steps))
+        self.single_observation_space = self.batch.observation_space
+        self.single_action_space = self.batch.action_space
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self._seeded = np.zeros(self.num_envs, dtype=np.bool_)
-        self._observation = np.zeros((self.num_envs, self.core.observer.layout.size), dtype=np.float32)
+        self._observation = np.zeros((self.num_envs, self.batch.observer.layout.size), dtype=np.float32)
         self._ended = np.zeros(self.num_envs, dtype=np.bool_)
         self._prepare_rendering(render_mode, width, height)
         self.final_measurement: Measurement | None = None
@@ -122,10 +122,10 @@ class SpacecraftFTCVectorEnv(Rendered, VectorEnv[Observation, npt.NDArray[Any], 
         chosen = np.flatnonzero(mask)
         episodes = requested_episodes(options, ("reset_mask", "episodes"))
         self._seed(seed, chosen)
-        self.core.reset(chosen, self._observation, episodes)
+        self.batch.reset(chosen, self._observation, episodes)
         self._ended[chosen] = False
         self._show()
-        return self._observation.copy(), _masked(self.core.facts(), mask)
+        return self._observation.copy(), _masked(self.batch.facts(), mask)
 
     def step(self, actions: npt.ArrayLike) -> tuple[Observation, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
         """Hold an action for one control period on every craft.
@@ -152,18 +152,18 @@ class SpacecraftFTCVectorEnv(Rendered, VectorEnv[Observation, npt.NDArray[Any], 
         if disabled and self._ended.any():
             waiting = np.flatnonzero(self._ended).tolist()
             raise gym.error.ResetNeeded(f"craft {waiting} have ended; reset them with options={{'reset_mask': mask}}")
-        observation, terms, terminated, truncated = self.core.step(actions)
+        observation, terms, terminated, truncated = self.batch.step(actions)
         truncated = truncated.copy()
         stepped = np.ones(self.num_envs, dtype=np.bool_)
         if self.autoreset_mode is AutoresetMode.NEXT_STEP and self._ended.any():
             restarted = np.flatnonzero(self._ended)
-            self.core.reset(restarted, observation, None)
+            self.batch.reset(restarted, observation, None)
             stepped[restarted] = False
             terms[:, restarted] = 0.0
             terminated[restarted] = False
             truncated[restarted] = False
         self._ended = terminated | truncated
-        facts = self.core.facts()
+        facts = self.batch.facts()
         infos: dict[str, Any] = {}
         finished = np.flatnonzero(self._ended)
         reward_terms = _masked(dict(zip(TERMS, terms, strict=True)), stepped)
@@ -178,9 +178,9 @@ class SpacecraftFTCVectorEnv(Rendered, VectorEnv[Observation, npt.NDArray[Any], 
             final_info.update({"reward_terms": _masked(final_terms, mask), "_reward_terms": mask.copy()})
             infos.update({"final_obs": final_observation, "_final_obs": mask.copy()})
             infos.update({"final_info": final_info, "_final_info": mask.copy()})
-            self.final_measurement = self.core.measurement(truth=self.keep_final_truth)
-            self.core.reset(finished, observation, None)
-            facts = self.core.facts()
+            self.final_measurement = self.batch.measurement(truth=self.keep_final_truth)
+            self.batch.reset(finished, observation, None)
+            facts = self.batch.facts()
             stepped[finished] = False
             kept = {name: np.where(mask, 0.0, values) for name, values in zip(TERMS, terms, strict=True)}
             reward_terms = _masked(kept, stepped)
@@ -225,7 +225,7 @@ class SpacecraftFTCVectorEnv(Rendered, VectorEnv[Observation, npt.NDArray[Any], 
             if value is None and not self._seeded[craft]:
                 value = int(self.np_random.integers(2**62))
             if value is not None:
-                self.core.seed(craft, value)
+                self.batch.seed(craft, value)
         self._seeded[chosen] = True
 
 

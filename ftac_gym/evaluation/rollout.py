@@ -212,7 +212,7 @@ def rollout(
         same = getattr(drawn_from, part) == getattr(task, part)
         require(same, "episodes", f"must be drawn for the same {part} as {task.name}'s", drawn_from.name)
     pilot = Pilot(task, resolve_policy(policy), len(drawn), threads)
-    simulator, truth, steps = pilot.env.core.simulator, pilot.env.core.reward, task.horizon
+    simulator, truth, steps = pilot.env.batch.simulator, pilot.env.batch.reward, task.horizon
     craft, wheels = len(drawn), task.spacecraft.wheels.count
     error, rate_error = np.empty((steps + 1, craft)), np.empty((steps + 1, craft))
     attitude, rate = np.empty((steps + 1, craft, 4)), np.empty((steps + 1, craft, 3))

@@ -39,7 +39,7 @@ class Flight:
         self.scenario = scenario
         self.name = name
         self._pilot = Pilot(scenario, resolve_policy(policy))
-        self._core = self._pilot.env.core
+        self._batch = self._pilot.env.batch
 
     def reset(self, episode: Episodes) -> None:
         """Start an episode: an ``Episodes`` with one in it."""
@@ -54,21 +54,21 @@ class Flight:
     @property
     def time(self) -> float:
         """Since the start of the episode [s]."""
-        return float(self._core.simulator.time[0])
+        return float(self._batch.simulator.time[0])
 
     @property
     def over(self) -> bool:
         """Whether the episode has come to its end."""
-        return bool(self._core.simulator.ticks[0] >= self._core.horizon)
+        return bool(self._batch.simulator.ticks[0] >= self._batch.horizon)
 
     @property
     def episode(self) -> Episodes:
         """The episode with what was done to it: flown again, it gives the same flight."""
-        return self._core.simulator.episodes
+        return self._batch.simulator.episodes
 
     def snapshot(self) -> Snapshot:
         """Return what there is to see now."""
-        return snapshots(self._core, self.name)[0]
+        return snapshots(self._batch, self.name)[0]
 
     def strike(self, fault: Fault, random: np.random.Generator) -> None:
         """Let a fault begin now, as :func:`ftac_gym.faults.live.struck` does.
@@ -78,11 +78,11 @@ class Flight:
         ValueError
             If the fault of a wheel names none, or one that the craft does not have, or does not fit the wheels.
         """
-        simulator, wheels = self._core.simulator, self.scenario.spacecraft.wheels
+        simulator, wheels = self._batch.simulator, self.scenario.spacecraft.wheels
         check_kinds((fault,), wheels)
         simulator.set_faults(struck(simulator.faults, 0, fault, self.time, wheels.torque_limits, random))
 
     def repair(self, wheel: int | None) -> None:
         """Put a wheel in order, or the sensors if the wheel is None."""
-        simulator = self._core.simulator
+        simulator = self._batch.simulator
         simulator.set_faults(repaired(simulator.faults, 0, wheel, self.time))

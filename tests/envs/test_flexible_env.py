@@ -125,7 +125,7 @@ def test_the_modal_entries_have_the_documented_scale():
     for seed in range(4):
         observation, _ = env.reset(seed=seed)
         for _ in range(10):
-            state = env.core.simulator.state
+            state = env.batch.simulator.state
             for part, values, scale in zip(
                 MODAL, (state.modal_displacement[0], state.modal_rate[0]), (held, held * frequency), strict=True
             ):
@@ -205,7 +205,7 @@ def test_measurements_hold_the_modes():
     env = SpacecraftFTCVectorEnv(3, scenario=shaken(SHORT))
     env.reset(seed=0)
     env.step(np.full((3, 4), 0.3))
-    measured, state = env.measurement(), env.core.simulator.state
+    measured, state = env.measurement(), env.batch.simulator.state
     np.testing.assert_array_equal(measured.modal_displacement, state.modal_displacement)
     np.testing.assert_array_equal(measured.take(np.array([2, 0])).modal_rate, state.modal_rate[[2, 0]])
     assert not np.shares_memory(measured.modal_rate, state.modal_rate)
@@ -219,7 +219,7 @@ def test_the_vibration_term_is_the_true_energy(weight):
     scenario = shaken(SHORT).replace(reward=RewardWeights(vibration=weight))
     env = SpacecraftFTCEnv(scenario=scenario)
     env.reset(seed=1)
-    simulator = env.core.simulator
+    simulator = env.batch.simulator
     stiffness = simulator.episodes.modes["stiffness"][0]
     assert np.abs(stiffness / scenario.spacecraft.appendages.stiffness - 1.0).max() > 0.05  # not the nominal one
     for _ in range(30):
@@ -259,7 +259,7 @@ def test_other_weights_do_not_move_the_craft_or_other_terms():
 def test_no_term_at_the_start_of_an_episode_after_autoreset():
     env = SpacecraftFTCVectorEnv(2, scenario=shaken(SHORT).replace(duration=1.0), autoreset_mode="NextStep")
     env.reset(seed=0)
-    for _ in range(env.core.horizon):
+    for _ in range(env.batch.horizon):
         _, _, _, truncated, _ = env.step(np.zeros((2, 4)))
     assert truncated.all()
     _, rewards, *_ = env.step(np.zeros((2, 4)))
@@ -300,7 +300,7 @@ def test_episodes_of_another_kind_of_craft_are_refused_at_the_first_reset(kind, 
         with pytest.raises(ValueError, match="episodes must"):
             env.reset(options={"episodes": foreign})
         env.reset(options={"episodes": own})
-        simulator = env.core.simulator
+        simulator = env.batch.simulator
     simulator.step(np.zeros((1, 4)))
     assert np.isfinite(simulator.state.rate).all()
 

@@ -141,10 +141,10 @@ def test_every_part(name, tier):
     random = np.random.default_rng(0)
     for seed in (3, None):  # the filters start afresh in the second episode
         observation, _ = env.reset(seed=seed)
-        assert_parts(observation, env.observation_slices, recomputed.start(env.measurement(), env.core.simulator))
+        assert_parts(observation, env.observation_slices, recomputed.start(env.measurement(), env.batch.simulator))
         for _ in range(40):
             observation, *_ = env.step(random.uniform(-1.0, 1.0, WHEELS))
-            assert_parts(observation, env.observation_slices, recomputed.parts(env.measurement(), env.core.simulator))
+            assert_parts(observation, env.observation_slices, recomputed.parts(env.measurement(), env.batch.simulator))
 
 
 @pytest.mark.parametrize("tier", TIERS)
@@ -219,7 +219,7 @@ def test_the_oracle_sees_every_fault_come_and_go():
     env = SpacecraftFTCEnv(TASKS["set point"], observation="oracle")
     slices = env.observation_slices
     observation, _ = env.reset(seed=2)
-    drawn = env.core.simulator.faults.sensors[0]
+    drawn = env.batch.simulator.faults.sensors[0]
     rows = [observation]
     for _ in range(39):
         rows.append(env.step(np.zeros(WHEELS))[0])

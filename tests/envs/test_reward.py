@@ -21,7 +21,7 @@ QUIET = {"faults": None, "sensors": None, "disturbance": None, "inertia_uncertai
 
 def state_of(env):
     """Return error [rad], rate error [rad/s], body rate [rad/s], wheel levels and modal energy [J], all true."""
-    simulator = env.core.simulator
+    simulator = env.batch.simulator
     attitude, reference = simulator.state.attitude, simulator.reference_attitude
     error = quaternion_error(attitude, reference)
     slip = simulator.state.rate - rotate_to_body(error, simulator.reference_rate)

@@ -36,9 +36,9 @@ def scenario_of(severity):
     return BASE.replace(faults=dataclasses.replace(FAULTS, severity=severity))
 
 
-def assert_flies(core, episodes):
+def assert_flies(batch, episodes):
     """The episodes that the craft of an environment are in are the given ones, number by number."""
-    current = core.simulator.episodes
+    current = batch.simulator.episodes
     for name, array in episodes.arrays().items():
         np.testing.assert_array_equal(current.arrays()[name], array, err_msg=name)
 
@@ -54,10 +54,10 @@ def test_single_environment(make):
     for k, severity in enumerate((0.0, 0.5, 1.0, 0.25), start=1):
         env.unwrapped.set_severity(severity)
         env.reset()
-        assert_flies(env.unwrapped.core, scenario_of(severity).draw(4, k + 1)[k])
+        assert_flies(env.unwrapped.batch, scenario_of(severity).draw(4, k + 1)[k])
     assert env.unwrapped.scenario == scenario_of(0.25)
     env.reset(seed=9)  # it stays until it is set again, whatever the seed
-    assert_flies(env.unwrapped.core, scenario_of(0.25).draw(9, 1))
+    assert_flies(env.unwrapped.batch, scenario_of(0.25).draw(9, 1))
 
 
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep", "Disabled"])
@@ -66,13 +66,13 @@ def test_vector_environment(mode):
     env.reset(seed=4)
     env.unwrapped.set_severity(0.3)
     for _ in range(10):
-        assert_flies(env.unwrapped.core, concatenated([BASE.draw(4 + craft, 1) for craft in range(3)]))
+        assert_flies(env.unwrapped.batch, concatenated([BASE.draw(4 + craft, 1) for craft in range(3)]))
         act(env)
     if mode == "NextStep":
         act(env)
     elif mode == "Disabled":
         env.reset(options={"reset_mask": np.ones(3, dtype=bool)})
-    assert_flies(env.unwrapped.core, concatenated([scenario_of(0.3).draw(4 + craft, 2)[1] for craft in range(3)]))
+    assert_flies(env.unwrapped.batch, concatenated([scenario_of(0.3).draw(4 + craft, 2)[1] for craft in range(3)]))
 
 
 def concatenated(parts):
@@ -90,7 +90,7 @@ def test_craft_of_different_severities_side_by_side():
     env.unwrapped.set_severity(0.0)
     env.reset(options={"reset_mask": mask})
     drawn = [BASE.draw(4, 1), scenario_of(0.0).draw(5, 2)[1], BASE.draw(6, 1)]
-    assert_flies(env.unwrapped.core, concatenated(drawn))
+    assert_flies(env.unwrapped.batch, concatenated(drawn))
     for _ in range(5):
         np.testing.assert_array_equal(act(env)[0][~mask], act(twin)[0][~mask])
 
@@ -111,8 +111,8 @@ def test_severity_zero_gives_healthy_craft():
     env = SpacecraftFTCVectorEnv(20, **CHANGES)
     env.set_severity(0.0)
     env.reset(seed=0)
-    assert np.all(env.core.simulator.faults.wheels["kind"] == 0)
-    assert np.all(env.core.simulator.faults.sensors["kind"] == 0)
+    assert np.all(env.batch.simulator.faults.wheels["kind"] == 0)
+    assert np.all(env.batch.simulator.faults.sensors["kind"] == 0)
     healthy = SpacecraftFTCVectorEnv(20, faults=None, duration=1.0)
     healthy.reset(seed=0)
     for _ in range(9):
@@ -128,11 +128,11 @@ def test_through_the_adapter_for_stable_baselines():
     for _ in range(10):
         env.step(np.zeros((4, 4)))
     drawn = [scenario_of(0.3).draw(4 + craft, 2)[1] for craft in range(4)]
-    assert_flies(env.env.unwrapped.core, concatenated(drawn))
+    assert_flies(env.env.unwrapped.batch, concatenated(drawn))
     env.env_method("set_severity", severity=0.6)
     env.seed(4)
     env.reset()
-    assert_flies(env.env.unwrapped.core, concatenated([scenario_of(0.6).draw(4 + craft, 1) for craft in range(4)]))
+    assert_flies(env.env.unwrapped.batch, concatenated([scenario_of(0.6).draw(4 + craft, 1) for craft in range(4)]))
 
 
 def test_through_the_vector_environment_of_stable_baselines():
@@ -145,8 +145,8 @@ def test_through_the_vector_environment_of_stable_baselines():
     for _ in range(10):
         env.step(np.zeros((3, 4)))
     for craft, severity in enumerate((0.3, 0.8, 0.3)):
-        core = env.envs[craft].unwrapped.core
-        assert_flies(core, scenario_of(severity).draw(4 + craft, 2)[1])
+        batch = env.envs[craft].unwrapped.batch
+        assert_flies(batch, scenario_of(severity).draw(4 + craft, 2)[1])
 
 
 def test_copies_have_a_severity_of_their_own():
@@ -156,7 +156,7 @@ def test_copies_have_a_severity_of_their_own():
     twin.unwrapped.set_severity(0.0)
     for item, severity in ((env, 1.0), (twin, 0.0)):
         item.reset()
-        assert_flies(item.unwrapped.core, scenario_of(severity).draw(4, 2)[1])
+        assert_flies(item.unwrapped.batch, scenario_of(severity).draw(4, 2)[1])
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ def assert_same(first, second):
 
 def assert_flies(env, episode):
     """The episode that the environment is in is the given one, number by number."""
-    current = env.unwrapped.core.simulator.episodes
+    current = env.unwrapped.batch.simulator.episodes
     for name, array in episode.arrays().items():
         np.testing.assert_array_equal(current.arrays()[name], array, err_msg=name)
 
@@ -31,7 +31,7 @@ def test_episode_k_of_a_seed_is_that_of_the_scenario(seed):
     for k in range(4):
         observation, _ = env.reset(seed=seed if k == 0 else None)
         assert_flies(env, drawn[k])
-        np.testing.assert_array_equal(env.core.simulator.state.attitude[0], drawn.initial["attitude"][k])
+        np.testing.assert_array_equal(env.batch.simulator.state.attitude[0], drawn.initial["attitude"][k])
         assert env.observation_space.contains(observation)
 
 
@@ -145,7 +145,7 @@ def test_terminated_when_it_tumbles_and_only_then():
     env.reset(seed=0)
     for _ in range(200):
         _, _, terminated, truncated, _ = env.step([1.0, -1.0, -1.0, 1.0])
-        fast = np.linalg.norm(env.core.simulator.state.rate[0]) > calm
+        fast = np.linalg.norm(env.batch.simulator.state.rate[0]) > calm
         assert terminated == fast and not truncated
         if terminated:
             break
@@ -163,7 +163,7 @@ def test_info(name):
         _, reward, *_, info = env.step(np.full(env.action_space.shape, 0.3))
         assert set(info) == names | {"reward_terms"}
         assert info["time"] == pytest.approx(step * env.scenario.control_period)
-        simulator = env.core.simulator
+        simulator = env.batch.simulator
         angle = angle_between(simulator.state.attitude, simulator.reference_attitude)[0]
         assert info["attitude_error"] == pytest.approx(np.degrees(angle), abs=1e-9)
         assert type(reward) is float and type(info["is_success"]) is bool and type(info["feasible"]) is bool

@@ -229,7 +229,7 @@ def test_bad_residuals(make):
 def test_zero_residual_on_an_own_law_is_that_law(base):
     env = native("SameStep")
     wrapped = ResidualPolicy(native("SameStep"), base=base, damping=3.0)
-    policy = baselines.make(OwnLaw, env.core.scenario, CRAFT, damping=3.0).as_policy(env)
+    policy = baselines.make(OwnLaw, env.batch.scenario, CRAFT, damping=3.0).as_policy(env)
     expected, _ = env.reset(seed=3)
     result, _ = wrapped.reset(seed=3)
     ends = 0

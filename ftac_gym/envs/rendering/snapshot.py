@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.envs.core import Core
+from ftac_gym.envs.batch import SpacecraftBatch
 from ftac_gym.faults.words import Words, acting_faults
 from ftac_gym.utils.parameters import FloatArray
 
@@ -68,17 +68,17 @@ class Snapshot:
     policy: str = ""
 
 
-def snapshots(core: Core, policy: str = "") -> tuple[Snapshot, ...]:
+def snapshots(batch: SpacecraftBatch, policy: str = "") -> tuple[Snapshot, ...]:
     """Return what there is to see of every craft.
 
     Parameters
     ----------
-    core
+    batch
         The craft; they must have been reset.
     policy
         Who flies them.
     """
-    simulator, reward, success = core.simulator, core.reward, core.scenario.success
+    simulator, reward, success = batch.simulator, batch.reward, batch.scenario.success
     state, time = simulator.state, simulator.time
     effect = simulator.truth()
     acting = acting_faults(simulator.faults, time)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.envs.core import Core
+from ftac_gym.envs.batch import SpacecraftBatch
 from ftac_gym.envs.rendering.renderer import Renderer
 from ftac_gym.envs.rendering.snapshot import snapshots
 from ftac_gym.envs.rendering.window import Window
@@ -26,7 +26,7 @@ class Viewer:
 
     Parameters
     ----------
-    core
+    batch
         The craft.
     width, height
         Size of the frame of one craft, and of the window [pixels].
@@ -39,13 +39,13 @@ class Viewer:
         If the size is not a pair of positive integers, or too small to show anything.
     """
 
-    def __init__(self, core: Core, width: int, height: int) -> None:
-        self.core = core
+    def __init__(self, batch: SpacecraftBatch, width: int, height: int) -> None:
+        self.batch = batch
         self.size = (width, height)
         # The first one now: a wrong size or a missing library shall not wait for the first frame.
-        self._renderers = [Renderer(core.scenario, width, height)]
+        self._renderers = [Renderer(batch.scenario, width, height)]
         self._window: Window | None = None
-        self._every = math.ceil(1.0 / (core.scenario.control_period * MOST_FRAMES_PER_SECOND))
+        self._every = math.ceil(1.0 / (batch.scenario.control_period * MOST_FRAMES_PER_SECOND))
 
     def frames(self, policy: str = "", most: int | None = None) -> tuple[Frame, ...]:
         """Return a frame (height, width, 3) of each craft, or of the first so many.
@@ -57,9 +57,9 @@ class Viewer:
         most
             How many craft; None for all.
         """
-        seen = snapshots(self.core, policy)[:most]
+        seen = snapshots(self.batch, policy)[:most]
         while len(self._renderers) < len(seen):
-            self._renderers.append(Renderer(self.core.scenario, *self.size))
+            self._renderers.append(Renderer(self.batch.scenario, *self.size))
         return tuple(renderer.frame(item) for renderer, item in zip(self._renderers, seen, strict=False))
 
     def show(self, policy: str = "") -> None:
@@ -67,15 +67,15 @@ class Viewer:
 
         Once its user has closed the window, nothing is shown any more.
         """
-        if int(self.core.simulator.ticks[0]) % self._every:
+        if int(self.batch.simulator.ticks[0]) % self._every:
             return
         if self._window is None:
-            self._window = Window(*self.size, title=self.core.scenario.name)
+            self._window = Window(*self.size, title=self.batch.scenario.name)
         if not self._window.open:
             return
         self._window.show(tiled(self.frames(policy, MOST_TILES)))
         self._window.events()
-        self._window.tick(1.0 / (self.core.scenario.control_period * self._every))
+        self._window.tick(1.0 / (self.batch.scenario.control_period * self._every))
 
     def close(self) -> None:
         """Let go of window and surfaces; a second call does nothing."""

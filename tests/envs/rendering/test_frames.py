@@ -22,7 +22,7 @@ from ftac_gym.envs.rendering.readouts import FARTHEST, NEAREST, logarithmic
 def snapshot_of(name, **changes):
     env = SpacecraftFTCVectorEnv(1, scenario=name)
     env.reset(seed=1)
-    return env.scenario, replace(snapshots(env.core, "somebody")[0], **changes)
+    return env.scenario, replace(snapshots(env.batch, "somebody")[0], **changes)
 
 
 @pytest.mark.parametrize("size", [(320, 240), (640, 480), (1280, 720), (480, 480)])

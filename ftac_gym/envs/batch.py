@@ -56,7 +56,7 @@ def resolve_scenario(scenario: Scenario | Mapping[str, Any] | str | None, defaul
     return base.replace(**changes) if changes else base
 
 
-class Core:
+class SpacecraftBatch:
     """N craft with their episode counters.
 
     Parameters
@@ -85,7 +85,7 @@ class Core:
         limited = bool(np.isfinite(self.torque_limits).all())
         require(limited, "torque_limit", "must be finite for every wheel: it scales the action", self.torque_limits)
         self.horizon = scenario.horizon
-        self.all_craft = np.arange(num_spacecraft)
+        self.indices = np.arange(num_spacecraft)
         self._keys = np.zeros((num_spacecraft, 2), dtype=np.uint32)
         self._counter = np.zeros(num_spacecraft, dtype=np.int64)
         wheels = len(self.torque_limits)
@@ -107,7 +107,7 @@ class Core:
         if episodes is None:
             episodes = draw_from_keys(self.scenario, self._keys[craft], self._counter[craft])
             self._counter[craft] += 1
-        mask = np.zeros(len(self.all_craft), dtype=np.bool_)
+        mask = np.zeros(len(self.indices), dtype=np.bool_)
         mask[craft] = True
         self.simulator.reset(episodes, None if mask.all() else mask)
         self.observer.observe(craft, observation)
@@ -141,9 +141,9 @@ class Core:
         np.maximum(command, -1.0, out=command)
         np.multiply(command, self._limits, out=command)
         simulator.advance()
-        observation = np.empty((len(self.all_craft), self.observer.layout.size), dtype=np.float32)
-        self.observer.observe(self.all_craft, observation)
-        terms, terminated = self.reward.update(self.all_craft)
+        observation = np.empty((len(self.indices), self.observer.layout.size), dtype=np.float32)
+        self.observer.observe(self.indices, observation)
+        terms, terminated = self.reward.update(self.indices)
         truncated = simulator.ticks >= self.horizon
         return observation, terms, terminated, truncated
 
@@ -162,10 +162,10 @@ class Core:
         }
 
 
-class CoreAccess:
-    """What the single and the vector environment show of their core."""
+class BatchAccess:
+    """What the single and the vector environment show of their batch."""
 
-    core: Core
+    batch: SpacecraftBatch
     _spec: EnvSpec | None = None
 
     @property
@@ -182,12 +182,12 @@ class CoreAccess:
     @property
     def scenario(self) -> Scenario:
         """The scenario."""
-        return self.core.scenario
+        return self.batch.scenario
 
     @property
     def observation_slices(self) -> dict[str, slice]:
         """Where each named part of a craft's observation lies."""
-        return dict(self.core.observer.layout.slices)
+        return dict(self.batch.observer.layout.slices)
 
     def set_severity(self, severity: float) -> None:
         """Set how bad the faults of the coming episodes are, in [0, 1]; running episodes are left as they are.
@@ -200,11 +200,11 @@ class CoreAccess:
         ValueError
             If the severity is not within [0, 1], or the scenario has no fault distribution.
         """
-        faults = self.core.scenario.faults
+        faults = self.batch.scenario.faults
         if not isinstance(faults, FaultDistribution):
             raise ValueError(f"faults must be a FaultDistribution to have a severity, got {faults!r}")
-        self.core.scenario = self.core.scenario.replace(faults=dataclasses.replace(faults, severity=severity))
-        self.core.simulator.scenario = self.core.scenario
+        self.batch.scenario = self.batch.scenario.replace(faults=dataclasses.replace(faults, severity=severity))
+        self.batch.simulator.scenario = self.batch.scenario
 
     def measurement(self, truth: bool = False) -> Measurement:
         """Return what the craft measure now, always with the craft on the first axis: the input of baselines.
@@ -214,7 +214,7 @@ class CoreAccess:
         truth
             Whether to add what the faults do; an oracle needs it, and nothing else may have it.
         """
-        return self.core.measurement(truth)
+        return self.batch.measurement(truth)
 
 
 def requested_episodes(options: Mapping[str, Any] | None, known: tuple[str, ...]) -> Episodes | None:
