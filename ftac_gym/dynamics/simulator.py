@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ftac_gym.dynamics.episode_tables import Tables, faults_in, with_episodes, with_faults
 from ftac_gym.dynamics.plant import advance
 from ftac_gym.dynamics.sensing import sense
 from ftac_gym.dynamics.state import State
-from ftac_gym.dynamics.episode_tables import Tables, faults_in, with_episodes, with_faults
 from ftac_gym.dynamics.wheel_table import wheel_table
 from ftac_gym.faults import DrawnFaults, FaultEffect, fault_effect
 from ftac_gym.faults.command_delay import LONGEST_DELAY
