@@ -16,7 +16,6 @@ from ftac_gym.dynamics import Simulator
 from ftac_gym.envs.observation import Observer
 from ftac_gym.envs.reward import Reward
 from ftac_gym.faults import FaultDistribution
-from ftac_gym.task.drawing import draw_from_keys
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
@@ -105,7 +104,7 @@ class SpacecraftBatch:
     ) -> None:
         """Start the next episode, or the given one, of the listed craft and write their rows of ``observation``."""
         if episodes is None:
-            episodes = draw_from_keys(self.scenario, self._keys[craft], self._counter[craft])
+            episodes = self.scenario.draw_from_keys(self._keys[craft], self._counter[craft])
             self._counter[craft] += 1
         mask = np.zeros(len(self.indices), dtype=np.bool_)
         mask[craft] = True

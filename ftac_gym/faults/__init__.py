@@ -14,11 +14,12 @@ from ftac_gym.faults.intermittent_shutdown import IntermittentShutdown
 from ftac_gym.faults.lock_in_place import LockInPlace
 from ftac_gym.faults.loss_of_effectiveness import LossOfEffectiveness
 from ftac_gym.faults.outage import Outage
-from ftac_gym.faults.registry import label_of, register, register_own, registered
+from ftac_gym.faults.registry import label_of, register, registered
 from ftac_gym.faults.schedule import FaultSchedule
 from ftac_gym.faults.seizure import Seizure
 from ftac_gym.faults.star_tracker_outage import StarTrackerOutage
 from ftac_gym.faults.table import FAULT, SENSOR_FAULT, DrawnFaults, FaultKind, OwnKind
+from ftac_gym.utils.serialization import serializable
 
 KINDS: tuple[type[Fault], ...] = (
     LossOfEffectiveness,
@@ -37,7 +38,8 @@ KINDS: tuple[type[Fault], ...] = (
 )
 """All fault kinds of this package; :func:`registered` has those from outside too."""
 
-register_own(KINDS)
+for _kind in KINDS:
+    serializable(_kind)
 
 __all__ = [
     "FAULT",

@@ -12,6 +12,7 @@ from ftac_gym.faults.registry import check_known
 from ftac_gym.faults.table import FLIPS, DrawnFaults, no_faults, no_sensor_faults, soften
 from ftac_gym.spacecraft.wheel_array import WheelArray
 from ftac_gym.utils.parameters import FloatArray, Vector, finite, require
+from ftac_gym.utils.serialization import serializable
 
 _UNIFORMS_PER_SLOT = 2 + UNIFORMS_PER_FAULT
 """Of each slot: one to choose the kind, one to thin out by severity, the rest for the fault itself."""
@@ -37,6 +38,7 @@ def check_kinds(faults: tuple[Fault, ...], wheels: WheelArray) -> None:
             require(struck, "friction", rule, wheels.friction)
 
 
+@serializable
 @dataclass(frozen=True)
 class FaultDistribution:
     """Random faults: how many an episode has, and what they are.

@@ -13,8 +13,10 @@ from ftac_gym.faults.registry import check_known
 from ftac_gym.faults.table import FLIPS, DrawnFaults, no_faults, no_sensor_faults
 from ftac_gym.spacecraft.wheel_array import WheelArray
 from ftac_gym.utils.parameters import FloatArray, require
+from ftac_gym.utils.serialization import serializable
 
 
+@serializable
 @dataclass(frozen=True)
 class FaultSchedule:
     """All the listed faults, in every episode; several may strike the same wheel.

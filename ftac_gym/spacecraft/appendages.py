@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ftac_gym.utils.parameters import FloatArray, Matrix, Vector, matrix, non_negative, positive, require, vector
+from ftac_gym.utils.serialization import serializable
 
 
+@serializable
 @dataclass(frozen=True)
 class FlexibleAppendages:
     """Vibration modes of everything that bends, with the body held still.

@@ -9,8 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive, require
+from ftac_gym.utils.serialization import serializable
 
 
+@serializable
 @dataclass(frozen=True)
 class Friction:
     """Stribeck, Coulomb and viscous friction, smooth through rest.

@@ -9,9 +9,10 @@ import numpy as np
 from ftac_gym.spacecraft.appendages import FlexibleAppendages
 from ftac_gym.spacecraft.wheel_array import WheelArray
 from ftac_gym.utils.parameters import FloatArray, Matrix, matrix, require
-from ftac_gym.utils.serialization import LATER_PART
+from ftac_gym.utils.serialization import LATER_PART, serializable
 
 
+@serializable
 @dataclass(frozen=True)
 class Spacecraft:
     """A body with reaction wheels, rigid or with flexible appendages.

@@ -10,6 +10,7 @@ import numpy as np
 from ftac_gym.spacecraft.friction import Friction
 from ftac_gym.spacecraft.layouts import sign_pyramid
 from ftac_gym.utils.parameters import FloatArray, Matrix, Vector, matrix, positive, require, vector
+from ftac_gym.utils.serialization import serializable
 
 PerWheel = float | Sequence[float] | None
 """One number for all wheels, one per wheel, or None for an effect that is off."""
@@ -24,6 +25,7 @@ def _per_wheel(values: PerWheel, count: int, field: str) -> Vector | None:
     return tuple(positive(value, f"{field}[{wheel}]") for wheel, value in enumerate(vector(values, count, field)))
 
 
+@serializable
 @dataclass(frozen=True)
 class WheelArray:
     """Reaction wheels: where they point and what they can do.

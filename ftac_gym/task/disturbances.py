@@ -18,6 +18,7 @@ from ftac_gym.utils.parameters import (
     non_negative,
     require,
 )
+from ftac_gym.utils.serialization import serializable
 
 DISTURBANCE = np.dtype([("constant", "f8", (3,)), ("rate_scaled", "f8"), ("rate_offset", "f8")])
 """Per craft: constant torque [N m]; flag 1.0 if scaled by (|w|^2 + c); the offset c [rad^2/s^2]."""
@@ -26,6 +27,7 @@ HARMONIC = np.dtype([("frequency", "f8"), ("sine", "f8", (3,)), ("cosine", "f8",
 """Per craft and harmonic: frequency [rad/s], amplitudes of sin(f t) and cos(f t) [N m]."""
 
 
+@serializable
 @dataclass(frozen=True)
 class Harmonic:
     """One harmonic, amplitude * sin(frequency * t + phase) on each body axis.
@@ -51,6 +53,7 @@ class Harmonic:
         object.__setattr__(self, "phase", intervals(self.phase, "phase"))
 
 
+@serializable
 @dataclass(frozen=True)
 class Disturbance:
     """External torque d(t) = constant + sum of harmonics, in body axes.

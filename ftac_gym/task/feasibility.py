@@ -30,11 +30,12 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.attitude import cross
+from ftac_gym.attitude import cross, quaternion_error, rotation_vector_from_quaternion
 from ftac_gym.spacecraft.wheel_array import WheelArray
 from ftac_gym.utils.parameters import FloatArray, Matrix
 
 BoolArray = npt.NDArray[np.bool_]
+Records = npt.NDArray[np.void]
 
 UNLIMITED = 1e12
 """Stands for the torque or momentum of a wheel without a limit: infinite times zero would be undefined."""
@@ -160,6 +161,59 @@ class Demand:
     start: float
     deadline: float
     duration: float
+
+    @classmethod
+    def of_episodes(
+        cls,
+        initial: Records,
+        inertia: Records,
+        torque: tuple[Records, Records],
+        set_points: Records,
+        wheels: WheelArray,
+        *,
+        turning: bool,
+        hold: float,
+        duration: float,
+    ) -> Demand:
+        """Return the demand of drawn episodes: of several set points it takes the last turn.
+
+        Parameters
+        ----------
+        initial, inertia, set_points
+            Records of the initial state (N,), INERTIA (N,) and SET_POINT (N, points).
+        torque
+            DISTURBANCE records (N,) and HARMONIC records (N, harmonics).
+        wheels
+            The wheel array.
+        turning
+            Whether the turn counts; a moving reference asks for none.
+        hold
+            Seconds on target that the end of an episode must have [s].
+        duration
+            Length of the episode [s].
+        """
+        disturbance, harmonics = torque
+        largest = np.abs(disturbance["constant"]) + np.hypot(harmonics["sine"], harmonics["cosine"]).sum(axis=1)
+        fastest = np.sum(initial["rate"] ** 2, axis=1) + disturbance["rate_offset"]
+        largest = largest * np.where(disturbance["rate_scaled"] > 0.5, fastest, 1.0)[:, None]
+        body = np.einsum("nij,nj->ni", inertia["constant"], initial["rate"])
+        total = body + initial["wheel_momentum"] @ wheels.axis_matrix.T if wheels.momentum_coupling else body
+        points = set_points["attitude"]
+        before = points[:, -2] if points.shape[1] > 1 else initial["attitude"]
+        turn = rotation_vector_from_quaternion(quaternion_error(before, points[:, -1]))
+        angle = np.linalg.norm(turn, axis=1) if turning else np.zeros(len(turn))
+        # An episode without a turn may have any axis.
+        axis = np.where(angle[:, None] > 1e-9, turn / np.maximum(angle, 1e-9)[:, None], (1.0, 0.0, 0.0))
+        return cls(
+            disturbance=largest,
+            momentum=np.linalg.norm(total, axis=1) + np.linalg.norm(largest, axis=1) * duration,
+            effort=np.einsum("nij,nj->ni", inertia["constant"], axis),
+            angle=angle,
+            rate=np.linalg.norm(initial["rate"], axis=1),
+            start=float(set_points["time"][0, -1]),
+            deadline=duration - min(hold, duration),
+            duration=duration,
+        )
 
     def turning_time(self, acceleration: FloatArray, fastest: FloatArray) -> FloatArray:
         """Return how long stopping and turning take (N,) [s] for what is at hand: (N,) [rad/s^2] and (N,) [rad/s]."""

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.utils.parameters import FloatArray, Matrix, Vector, matrix, non_negative, require, vector
+from ftac_gym.utils.serialization import serializable
 
 INERTIA = np.dtype(
     [("constant", "f8", (3, 3)), ("amplitude", "f8", (3,)), ("frequency", "f8", (3,)), ("phase", "f8", (3,))]
@@ -15,6 +16,7 @@ INERTIA = np.dtype(
 """Per craft: J(t) = constant + diag(amplitude * sin(frequency * t + phase)) [kg m^2, rad/s, rad]."""
 
 
+@serializable
 @dataclass(frozen=True)
 class InertiaUncertainty:
     """How the true inertia differs from the nominal one.

@@ -23,7 +23,7 @@ from ftac_gym.utils.parameters import (
     unit_quaternion,
     vector,
 )
-from ftac_gym.utils.serialization import LATER_PART
+from ftac_gym.utils.serialization import LATER_PART, serializable
 
 _MODAL = ("modal_displacement", "modal_rate")
 
@@ -38,6 +38,7 @@ def initial_dtype(wheels: int, modes: int = 0) -> np.dtype[np.void]:
     return np.dtype(rigid + flexible if modes else rigid)
 
 
+@serializable
 @dataclass(frozen=True)
 class InitialState:
     """Distribution of attitude, rate and wheel momentum at time zero.

@@ -30,6 +30,7 @@ from ftac_gym.utils.parameters import (
     require,
     uniform_directions,
 )
+from ftac_gym.utils.serialization import serializable
 
 EARTH_RADIUS = 6378.137e3
 """Equatorial radius of the Earth [m] (WGS 84)."""
@@ -126,6 +127,7 @@ Series = tuple[FloatArray, FloatArray, FloatArray]
 """Torque as a Fourier series: constant, amplitude of the cosine and of the sine, each (N, 3) [N m]."""
 
 
+@serializable
 @dataclass(frozen=True)
 class LowOrbitTorque:
     """Distribution of the external torque on a craft that holds an inertial attitude in a circular low orbit.

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ftac_gym.utils.parameters import non_negative, positive
-from ftac_gym.utils.serialization import LATER_PART
+from ftac_gym.utils.serialization import LATER_PART, serializable
 
 
+@serializable
 @dataclass(frozen=True)
 class RewardWeights:
     """Weights of the reward terms; each term is documented in :mod:`ftac_gym.envs.reward`.
@@ -50,6 +51,7 @@ class RewardWeights:
             object.__setattr__(self, item.name, non_negative(getattr(self, item.name), item.name))
 
 
+@serializable
 @dataclass(frozen=True)
 class SuccessCriterion:
     """When an episode counts as a success: inside the cone and slow for the last seconds.

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.utils.parameters import FloatArray, Vector, non_negative, positive, require, vector
+from ftac_gym.utils.serialization import serializable
 
 
 class Factors(NamedTuple):
@@ -20,6 +21,7 @@ class Factors(NamedTuple):
     upper_rate: FloatArray
 
 
+@serializable
 @dataclass(frozen=True)
 class PrescribedBound:
     """-lower_i(t) rho(t) < sigma_i < upper_i(t) rho(t) for the MRP sigma of the attitude error, short branch.

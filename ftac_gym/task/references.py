@@ -22,6 +22,7 @@ from ftac_gym.utils.parameters import (
     require,
     unit_quaternion,
 )
+from ftac_gym.utils.serialization import serializable
 
 
 class ReferenceKind(IntEnum):
@@ -47,6 +48,7 @@ SET_POINT = np.dtype([("time", "f8"), ("attitude", "f8", (4,))])
 IDENTITY: Vector = (1.0, 0.0, 0.0, 0.0)
 
 
+@serializable
 @dataclass(frozen=True)
 class SetPoints:
     """Fixed attitudes, one after the other.
@@ -135,6 +137,7 @@ class _Sinusoid:
         return reference, points
 
 
+@serializable
 @dataclass(frozen=True)
 class MRPSinusoid(_Sinusoid):
     """Modified Rodrigues parameters sigma_d = constant + amplitude sin(frequency t + phase), axis by axis.
@@ -156,6 +159,7 @@ class MRPSinusoid(_Sinusoid):
         return self._fill(ReferenceKind.MRP_SINUSOID, uniform, IDENTITY)
 
 
+@serializable
 @dataclass(frozen=True)
 class RateProfile(_Sinusoid):
     """Reference rate w_d = constant + amplitude sin(frequency t + phase) in the reference frame's own axes.

@@ -5,31 +5,32 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 import numpy as np
+import numpy.typing as npt
 
-from ftac_gym.faults import FaultDistribution, FaultSchedule, registered
-from ftac_gym.faults.table import FLIPS
-from ftac_gym.spacecraft.appendages import FlexibleAppendages
-from ftac_gym.spacecraft.friction import Friction
+from ftac_gym.faults import FaultDistribution, FaultSchedule
+from ftac_gym.faults.table import FLIPS, healthy
 from ftac_gym.spacecraft.spacecraft import Spacecraft
-from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.task.disturbances import Disturbance, Harmonic
+from ftac_gym.task.disturbances import DISTURBANCE, HARMONIC, Disturbance
 from ftac_gym.task.episodes import Episodes
-from ftac_gym.task.inertia import InertiaUncertainty
+from ftac_gym.task.feasibility import Demand
+from ftac_gym.task.feasibility import label as feasibility_labels
+from ftac_gym.task.inertia import InertiaUncertainty, exact_inertia
 from ftac_gym.task.initial_state import InitialState
 from ftac_gym.task.low_orbit import LowOrbitTorque
 from ftac_gym.task.objective import RewardWeights, SuccessCriterion
 from ftac_gym.task.prescribed_bound import PrescribedBound
-from ftac_gym.task.references import MRPSinusoid, RateProfile, Reference, SetPoints
-from ftac_gym.task.sensors import SensorErrors
-from ftac_gym.task.vibration import LARGEST_PHASE, AppendageUncertainty, exact_modes, fastest_pole
-from ftac_gym.utils.parameters import Matrix, matrix, positive, require
-from ftac_gym.utils.serialization import LATER_PART, from_plain, to_plain
+from ftac_gym.task.references import Reference, SetPoints
+from ftac_gym.task.sensors import SENSOR, SensorErrors
+from ftac_gym.task.vibration import LARGEST_PHASE, AppendageUncertainty, check_modes, exact_modes, fastest_pole
+from ftac_gym.utils.parameters import FloatArray, Matrix, matrix, positive, require
+from ftac_gym.utils.randomness import KeyArray, Stream, keys_from_seeds, uniforms
+from ftac_gym.utils.serialization import LATER_PART, from_plain, serializable, to_plain
 
 
 def _multiple(value: float, unit: float, name: str, unit_name: str) -> int:
@@ -39,6 +40,7 @@ def _multiple(value: float, unit: float, name: str, unit_name: str) -> int:
     return count
 
 
+@serializable
 @dataclass(frozen=True, kw_only=True)
 class Scenario:
     """Immutable description of a task; ``None`` switches a part off.
@@ -107,12 +109,10 @@ class Scenario:
 
     def __post_init__(self) -> None:
         """Check the fields, each alone and together."""
-        for item in dataclasses.fields(self):
-            value = getattr(self, item.name)
-            if item.name in _FIELD_CLASSES:
-                classes = _FIELD_CLASSES[item.name]
-                names = " or ".join("None" if entry is type(None) else entry.__name__ for entry in classes)
-                require(isinstance(value, classes), item.name, f"must be a {names}", value)
+        for name, hint in _FIELD_CLASSES.items():
+            value = getattr(self, name)
+            names = " or ".join("None" if part is type(None) else part.__name__ for part in get_args(hint) or (hint,))
+            require(isinstance(value, hint), name, f"must be a {names}", value)
         for name in ("control_period", "physics_step", "duration"):
             object.__setattr__(self, name, positive(getattr(self, name), name))
         _multiple(self.control_period, self.physics_step, "control_period", "physics_step")
@@ -166,7 +166,7 @@ class Scenario:
         known = [item.name for item in dataclasses.fields(self)]
         for name in changes:
             require(name in known, "scenario change", f"must be one of {known}", name)
-        rebuilt = {name: _rebuilt(value) if isinstance(value, Mapping) else value for name, value in changes.items()}
+        rebuilt = {name: from_plain(value) if isinstance(value, Mapping) else value for name, value in changes.items()}
         return dataclasses.replace(self, **rebuilt)
 
     def to_dict(self) -> dict[str, Any]:
@@ -185,7 +185,7 @@ class Scenario:
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Scenario:
         """Rebuild what :meth:`to_dict` made; raises ValueError for anything else."""
-        scenario = _rebuilt(data)
+        scenario = from_plain(data)
         require(isinstance(scenario, Scenario), "scenario", "must describe a Scenario", type(scenario).__name__)
         return scenario  # type: ignore[no-any-return]
 
@@ -204,9 +204,78 @@ class Scenario:
         """
         require(isinstance(seed, (int, np.integer)) and seed >= 0, "seed", "must be a non-negative integer", seed)
         require(isinstance(count, (int, np.integer)) and count > 0, "count", "must be a positive integer", count)
-        from ftac_gym.task.drawing import draw_episodes
+        return self.draw_episodes([int(seed)] * int(count), np.arange(count))
 
-        return draw_episodes(self, [int(seed)] * int(count), np.arange(count))
+    def draw_episodes(self, seeds: Sequence[int], index: npt.NDArray[np.int64]) -> Episodes:
+        """Draw one episode for each pair of a seed (N,) and an episode number within that seed (N,)."""
+        unique, inverse = np.unique(np.array(seeds, dtype=object), return_inverse=True)
+        return self.draw_from_keys(keys_from_seeds(unique)[inverse], np.asarray(index, dtype=np.int64))
+
+    def draw_from_keys(self, keys: KeyArray, index: npt.NDArray[np.int64]) -> Episodes:
+        """Draw one episode for each pair of a cipher key (N, 2) and an episode number (N,)."""
+        count, spacecraft, wheels = len(index), self.spacecraft, self.spacecraft.wheels
+
+        def deviates(purpose: Stream, numbers: int) -> FloatArray:
+            return uniforms(keys, index, purpose, numbers)
+
+        start, mode_count = self.initial_state, spacecraft.modes
+        uniform = deviates(Stream.INITIAL_STATE, start.uniform_count(wheels.count, mode_count))
+        initial = start.draw(uniform, wheels.momentum_limits, mode_count)
+        if self.inertia_uncertainty is None:
+            inertia = exact_inertia(spacecraft.inertia_matrix, count)
+        else:
+            uniform = deviates(Stream.INERTIA, self.inertia_uncertainty.uniform_count)
+            inertia = self.inertia_uncertainty.draw(spacecraft.inertia_matrix, uniform)
+        if spacecraft.appendages is None or self.appendage_uncertainty is None:
+            modes = exact_modes(spacecraft.appendages, count)
+        else:
+            uniform = deviates(Stream.MODES, self.appendage_uncertainty.uniform_count(mode_count))
+            modes = self.appendage_uncertainty.draw(spacecraft.appendages, uniform)
+        check_modes(modes, inertia, self.physics_step)
+        if self.faults is None:
+            faults = healthy(count, wheels.count)
+        else:
+            uniform = deviates(Stream.FAULTS, self.faults.uniform_count(wheels.count))
+            switching = deviates(Stream.SWITCHING, self.faults.switching_count)
+            faults = self.faults.draw(uniform, switching, wheels.torque_limits)
+        if self.disturbance is None:
+            disturbance, harmonics = np.zeros(count, DISTURBANCE), np.zeros((count, 0), HARMONIC)
+        else:
+            uniform = deviates(Stream.DISTURBANCE, self.disturbance.uniform_count)
+            disturbance, harmonics = self.disturbance.draw(uniform, inertia["constant"])
+        if self.sensors is None:
+            sensors = np.zeros(count, SENSOR)
+        else:
+            sensors = self.sensors.draw(deviates(Stream.SENSORS, self.sensors.uniform_count))
+        uniform = deviates(Stream.REFERENCE, self.reference.uniform_count)
+        reference, set_points = self.reference.draw(uniform)
+        demand = Demand.of_episodes(
+            initial,
+            inertia,
+            (disturbance, harmonics),
+            set_points,
+            wheels,
+            turning=not self.reference.moving,
+            hold=self.success.hold,
+            duration=self.duration,
+        )
+        return Episodes(
+            scenario_json=self.to_json(),
+            key=keys,
+            index=index,
+            initial=initial,
+            inertia=inertia,
+            faults=faults.wheels,
+            sensor_faults=faults.sensors,
+            switches=faults.switches,
+            disturbance=disturbance,
+            harmonics=harmonics,
+            sensors=sensors,
+            reference=reference,
+            set_points=set_points,
+            feasible=feasibility_labels(faults.wheels, wheels, demand),
+            modes=modes,
+        )
 
 
 def success_steps(scenario: Scenario) -> int:
@@ -214,36 +283,9 @@ def success_steps(scenario: Scenario) -> int:
     return math.ceil(scenario.success.hold / scenario.control_period - 1e-9)
 
 
-PARTS: Mapping[str, type] = {
-    entry.__name__: entry
-    for entry in (
-        Scenario, Spacecraft, WheelArray, InitialState, SetPoints, MRPSinusoid, RateProfile, FaultDistribution,
-        FaultSchedule, Friction, Disturbance, LowOrbitTorque, Harmonic, SensorErrors,
-        InertiaUncertainty, RewardWeights, SuccessCriterion, PrescribedBound,
-        FlexibleAppendages, AppendageUncertainty,
-    )
-}  # fmt: skip
-"""What a scenario is made of besides faults, by the name in its JSON."""
-
-
-def _rebuilt(data: Any) -> Any:
-    """Return what plain data stands for; kinds of fault from outside of the package if they are registered by now."""
-    return from_plain(
-        data, {**PARTS, **registered()}, "; a fault kind of your own is known once its module is imported"
-    )
-
-
-_FIELD_CLASSES: dict[str, tuple[type, ...]] = {
-    "name": (str,),
-    "spacecraft": (Spacecraft,),
-    "initial_state": (InitialState,),
-    "reference": (SetPoints, MRPSinusoid, RateProfile),
-    "faults": (FaultDistribution, FaultSchedule, type(None)),
-    "disturbance": (Disturbance, LowOrbitTorque, type(None)),
-    "sensors": (SensorErrors, type(None)),
-    "inertia_uncertainty": (InertiaUncertainty, type(None)),
-    "reward": (RewardWeights,),
-    "success": (SuccessCriterion,),
-    "prescribed_bound": (PrescribedBound, type(None)),
-    "appendage_uncertainty": (AppendageUncertainty, type(None)),
+_FIELD_CLASSES = {
+    name: hint
+    for name, hint in get_type_hints(Scenario).items()
+    if all(isinstance(part, type) and part is not float for part in get_args(hint) or (hint,))
 }
+"""Class, or union of classes, of every field that holds an object rather than numbers."""

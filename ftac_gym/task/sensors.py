@@ -17,6 +17,7 @@ from ftac_gym.utils.parameters import (
     require,
     uniform_directions,
 )
+from ftac_gym.utils.serialization import serializable
 
 SENSOR = np.dtype(
     [
@@ -31,6 +32,7 @@ SENSOR = np.dtype(
 rotation vector [rad] by which the measured rate is turned in body axes."""
 
 
+@serializable
 @dataclass(frozen=True)
 class SensorErrors:
     """White noise on attitude and rate, and a gyro bias that walks.

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from ftac_gym.attitude import cross
 from ftac_gym.spacecraft.appendages import FlexibleAppendages
 from ftac_gym.utils.parameters import FloatArray, Interval, bounds, draw, interval, require
+from ftac_gym.utils.serialization import serializable
 
 MODE = np.dtype([("stiffness", "f8"), ("damping", "f8"), ("coupling", "f8", (3,))])
 """Per craft and mode: eta'' + damping eta' + stiffness eta = -coupling . w' [rad/s, rad^2/s^2, kg^1/2 m]."""
@@ -18,6 +19,7 @@ LARGEST_PHASE = 2.0
 """What the fastest pole of the modes of a free craft may be, over a physics step; RK4 diverges from 2.7 on."""
 
 
+@serializable
 @dataclass(frozen=True)
 class AppendageUncertainty:
     """How the true modes differ from the nominal ones: each mode of each craft draws its own three factors.
@@ -71,6 +73,35 @@ def exact_modes(nominal: FlexibleAppendages | None, count: int) -> npt.NDArray[n
     table["stiffness"], table["damping"] = nominal.stiffness, nominal.damping
     table["coupling"] = nominal.coupling_matrix
     return table
+
+
+def check_modes(modes: npt.NDArray[np.void], inertia: npt.NDArray[np.void], physics_step: float) -> None:
+    """Check that drawn modes and inertias make bodies that the integrator can handle.
+
+    Parameters
+    ----------
+    modes
+        MODE records (N, k).
+    inertia
+        INERTIA records (N,).
+    physics_step
+        Step of the plant's integrator [s].
+
+    Raises
+    ------
+    ValueError
+        If the modes carry as much inertia as a body has, or are too fast for the step.
+    """
+    if modes.shape[1] == 0:
+        return
+    carried = np.einsum("nki,nkj->nij", modes["coupling"], modes["coupling"])
+    least = inertia["constant"] - carried - np.einsum("ni,ij->nij", np.abs(inertia["amplitude"]), np.eye(3))
+    smallest = float(np.linalg.eigvalsh(least).min(initial=np.inf))
+    rule = "must leave J - delta' delta of every spacecraft positive definite; the smallest eigenvalue drawn [kg m^2]"
+    require(smallest > 0.0, "appendage_uncertainty and inertia_uncertainty", rule, smallest)
+    phase = float(fastest_pole(modes, inertia["constant"]).max(initial=0.0)) * physics_step
+    rule = f"must be at most {LARGEST_PHASE:g} over the fastest pole of the modes; the fastest drawn times the step"
+    require(phase <= LARGEST_PHASE, "physics_step", rule, phase)
 
 
 def fastest_pole(modes: npt.NDArray[np.void], inertia: FloatArray) -> FloatArray:

@@ -4,13 +4,58 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypeVar
+
+from ftac_gym.utils.parameters import require
+
+T = TypeVar("T")
 
 TYPE_KEY = "type"
 
 LATER_PART = {"later part": True}
-"""Metadata of a field that is not written where it has its default: what was written before it existed stays the same
-text."""
+"""Metadata of a field that is not written while it has its default.
+
+Text from before the field existed thus stays the same.
+"""
+
+_CLASSES: dict[str, type] = {}
+"""All serializable classes by name. It grows while modules are imported and is the only state of the process, next to
+Gymnasium's registry of ids."""
+
+
+def serializable(cls: type[T]) -> type[T]:
+    """Register a dataclass under its name, so that :func:`from_plain` can build it; used as a decorator.
+
+    A class that is defined again, by running its module once more, replaces its predecessor.
+
+    Raises
+    ------
+    ValueError
+        If another class has the name.
+    """
+    other = _CLASSES.get(cls.__name__)
+    if other is not None and not same_definition(other, cls):
+        require(False, "name", f"must be new; {other.__module__}.{other.__name__} has it", cls.__name__)
+    _CLASSES[cls.__name__] = cls
+    return cls
+
+
+def classes() -> dict[str, type]:
+    """Return all serializable classes by name, in the order of their registration."""
+    return dict(_CLASSES)
+
+
+def same_definition(first: type, second: type) -> bool:
+    """Return whether two classes come from the same place of the same module."""
+    return (first.__module__, first.__qualname__) == (second.__module__, second.__qualname__)
+
+
+def required_fields(cls: type) -> list[str]:
+    """Return the names of a dataclass's fields without a default."""
+    missing = dataclasses.MISSING
+    return [
+        item.name for item in dataclasses.fields(cls) if item.default is missing and item.default_factory is missing
+    ]
 
 
 def to_plain(value: Any) -> Any:
@@ -27,17 +72,13 @@ def to_plain(value: Any) -> Any:
     return value
 
 
-def from_plain(value: Any, classes: Mapping[str, type], hint: str = "") -> Any:
+def from_plain(value: Any) -> Any:
     """Rebuild what :func:`to_plain` wrote.
 
     Parameters
     ----------
     value
-        Plain data; every dict must name its class under ``"type"``.
-    classes
-        The classes that may be built, by name.
-    hint
-        What to say after the message of an unknown class.
+        Plain data; every dict must name a serializable class under ``"type"``.
 
     Raises
     ------
@@ -46,20 +87,17 @@ def from_plain(value: Any, classes: Mapping[str, type], hint: str = "") -> Any:
     """
     if isinstance(value, Mapping):
         name = str(value.get(TYPE_KEY))
-        if name not in classes:
-            raise ValueError(f"{TYPE_KEY} must be one of {sorted(classes)}, got {name!r}{hint}")
-        known = {field.name for field in dataclasses.fields(classes[name])}
-        fields = {key: from_plain(item, classes, hint) for key, item in value.items() if key != TYPE_KEY}
+        if name not in _CLASSES:
+            hint = "a custom fault kind is registered once its module is imported"
+            raise ValueError(f"{TYPE_KEY} must be one of {sorted(_CLASSES)}, got {name!r}; {hint}")
+        cls = _CLASSES[name]
+        known = {field.name for field in dataclasses.fields(cls)}
+        fields = {key: from_plain(item) for key, item in value.items() if key != TYPE_KEY}
         if unknown := sorted(set(fields) - known):
             raise ValueError(f"{name} has no field {unknown[0]!r}; its fields are {sorted(known)}")
-        required = {
-            field.name
-            for field in dataclasses.fields(classes[name])
-            if field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
-        }
-        if missing := sorted(required - set(fields)):
+        if missing := sorted(set(required_fields(cls)) - set(fields)):
             raise ValueError(f"{name} needs the field {missing[0]!r}")
-        return classes[name](**fields)
+        return cls(**fields)
     if isinstance(value, (list, tuple)):
-        return tuple(from_plain(item, classes, hint) for item in value)
+        return tuple(from_plain(item) for item in value)
     return value

@@ -9,7 +9,6 @@ import numpy as np
 
 from ftac_gym.faults import Fault, WheelFault
 from ftac_gym.faults.specification import example, kinds
-from ftac_gym.task.drawing import draw_episodes
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import require
 from ftac_gym.viewer.flight import Flight
@@ -65,7 +64,7 @@ class Session:
     def restart(self, episode: int | None = None) -> None:
         """Start the same episode again, or another one of the seed; what was broken live is whole again."""
         self.episode = self.episode if episode is None else episode
-        drawn = draw_episodes(self.scenario, [self.seed], np.array([self.episode]))
+        drawn = self.scenario.draw_episodes([self.seed], np.array([self.episode]))
         for flight in self.flights:
             flight.reset(drawn)
         self._owed, self._struck = 0.0, 0

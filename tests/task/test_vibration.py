@@ -10,7 +10,6 @@ from scipy import stats
 from ftac_gym import scenarios
 from ftac_gym.dynamics import Simulator
 from ftac_gym.spacecraft.appendages import FlexibleAppendages
-from ftac_gym.task.drawing import draw_episodes
 from ftac_gym.task.inertia import InertiaUncertainty
 from ftac_gym.task.vibration import MODE, AppendageUncertainty, exact_modes, modal_energy, vibration_torque
 
@@ -114,7 +113,7 @@ def test_the_same_episode_on_one_craft_or_a_thousand():
     scenario = scenarios.get("flexible")
     many = scenario.draw(11, 1000)
     for index in (0, 1, 517, 999):
-        alone = draw_episodes(scenario, [11], np.array([index]))
+        alone = scenario.draw_episodes([11], np.array([index]))
         np.testing.assert_array_equal(alone.modes[0], many.modes[index])
         assert alone.digest() == many[index : index + 1].digest()
     assert len(np.unique(many.modes["stiffness"])) == 4000
@@ -158,8 +157,8 @@ def test_the_modes_have_random_numbers_of_their_own():
 def test_a_craft_without_a_body_is_not_drawn(changes):
     scenario = flexible_craft(random_appendages(4, share=0.5)).replace(**changes)
     message = (
-        "appendage_uncertainty and inertia_uncertainty must leave J - delta' delta of every craft positive definite; "
-        r"the smallest eigenvalue drawn \[kg m\^2\], got -"
+        "appendage_uncertainty and inertia_uncertainty must leave J - delta' delta of every spacecraft positive "
+        r"definite; the smallest eigenvalue drawn \[kg m\^2\], got -"
     )
     with pytest.raises(ValueError, match=message):
         scenario.draw(0, 100)
