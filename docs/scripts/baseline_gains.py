@@ -62,7 +62,7 @@ def _parameters(cls: type) -> dict[str, inspect.Parameter]:
 
 def described(name: str, scenario: Scenario) -> dict[str, Described]:
     """Return what the code says of each gain of a baseline, those of its parts included."""
-    parts: dict[str, type] = {"": baselines.law(name), "bound.": PrescribedBound}
+    parts: dict[str, type] = {"": baselines.baseline_class(name), "bound.": PrescribedBound}
     kind = baselines.defaults(name).get("faults")
     if kind in observers.names():
         parts["observer."] = type(observers.make(kind, scenario, Memory(1)))
@@ -113,7 +113,7 @@ def provenance(name: str) -> str:
 
 def schedulable(name: str) -> str:
     """Return which gains may change in flight, in words."""
-    found = baselines.law(name).schedulable
+    found = baselines.baseline_class(name).schedulable
     if not found:
         return "None of them can be scheduled by an agent."
     ranges = ", ".join(f"`{gain}` ({low:.4g} to {high:.4g})" for gain, (low, high) in found.items())

@@ -63,11 +63,11 @@ def fault_source(name: str) -> str:
         return f"the observer [`{kind}`](../observers.md)"
     if kind == "oracle":
         return "the truth"
-    return OWN_SOURCES.get(baselines.law(name).__name__, "nowhere: it takes every wheel for healthy")
+    return OWN_SOURCES.get(baselines.baseline_class(name).__name__, "nowhere: it takes every wheel for healthy")
 
 
 def _at_a_glance(name: str, known: About, family: str) -> str:
-    law = baselines.law(name)
+    law = baselines.baseline_class(name)
     made = baselines.make(name, task(known.flown))
     gains = (
         f"tuned on `{tuned.record(name)['provenance']['scenario']}`, or default" if name in tuned.names() else "default"
@@ -156,7 +156,7 @@ def head(law: type[baselines.Baseline]) -> str:
 
 def page(name: str, family: str, flown: list[Result], source: Path) -> str:
     """Return the page of a baseline."""
-    known, law = about(name), baselines.law(name)
+    known, law = about(name), baselines.baseline_class(name)
     scenario = known.flown.scenario
     blocks = [f"# {name}", f"{known.summary}.", _at_a_glance(name, known, family)]
     blocks += ["## In flight", _snippet(name, scenario)]

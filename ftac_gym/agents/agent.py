@@ -76,7 +76,7 @@ class Interface:
             base = base_of(name, given)
             arguments = {**({} if base is None else baselines.defaults(base)), **given}
             if base is not None:
-                known.add(baselines.law(base).information)
+                known.add(baselines.baseline_class(base).information)
             source = arguments.get("source", arguments.get("faults"))
             if source == TRUTH[1]["source"]:
                 known.add("oracle")

@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gains import SearchSpace, flat, nested
+from ftac_gym.baselines.interface import as_action, measurement_of
 from ftac_gym.baselines.memory import Memory
-from ftac_gym.baselines.policy import BaselinePolicy
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, require
@@ -143,3 +143,54 @@ class Baseline(ABC):
             A single, vector or SB3 vector environment of this package, wrapped or not, with as many craft.
         """
         return BaselinePolicy(self, env)
+
+
+class BaselinePolicy:
+    """Stable-Baselines3's ``predict`` for a baseline.
+
+    The observation is ignored: a baseline reads the measurement behind it, which holds the same knowledge.
+
+    Parameters
+    ----------
+    baseline
+        The baseline; its number of craft must be that of the environment.
+    env
+        Where the measurements come from.
+    """
+
+    def __init__(self, baseline: Baseline, env: Any) -> None:
+        self.baseline = baseline
+        self.env = env
+        self._torque_limits = baseline.scenario.spacecraft.wheels.torque_limits
+
+    def predict(
+        self,
+        observation: npt.NDArray[Any],
+        state: tuple[npt.NDArray[Any], ...] | None = None,
+        episode_start: npt.NDArray[Any] | None = None,
+        deterministic: bool = False,
+    ) -> tuple[FloatArray, None]:
+        """Return the action for the present measurement, batched exactly if the observation is.
+
+        Parameters
+        ----------
+        observation
+            (size,) or (N, size); only its number of axes is looked at.
+        state
+            Ignored: the state is in the baseline.
+        episode_start
+            (N,) which craft have just been reset, so that the measurement is the first of their episode; None takes
+            those whose clock stands at zero. In NEXT_STEP mode that is one call after the one that ended the episode.
+        deterministic
+            Ignored: a baseline always is.
+        """
+        measurement = measurement_of(self.env, truth=self.baseline.information == "oracle")
+        craft = self.baseline.num_spacecraft
+        require(
+            len(measurement) == craft, "num_spacecraft", f"must be that of the environment, {len(measurement)}", craft
+        )
+        started = measurement.time == 0.0 if episode_start is None else np.atleast_1d(episode_start).astype(np.bool_)
+        if started.any():
+            self.baseline.reset(started)
+        action = as_action(self.baseline.act(measurement), self._torque_limits)
+        return (action if np.ndim(observation) > 1 else action[0]), None

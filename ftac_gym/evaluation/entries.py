@@ -14,7 +14,7 @@ import numpy as np
 from ftac_gym import baselines
 from ftac_gym.agents.shipped import evaluations, seeds
 from ftac_gym.baselines import tuned
-from ftac_gym.baselines.own import is_path, label
+from ftac_gym.baselines.custom import is_path, label
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.evaluation.rollout import BaselineContestant, Contestant, resolve_policy
 from ftac_gym.scenarios import SPLITS
@@ -63,7 +63,7 @@ class Entry:
     curves: tuple[tuple[Mapping[str, float], ...], ...] = ()
 
 
-def entries_of(names: Sequence[baselines.Law], scenario: Scenario) -> tuple[Entry, ...]:
+def entries_of(names: Sequence[baselines.BaselineLike], scenario: Scenario) -> tuple[Entry, ...]:
     """Return the entries of some names.
 
     Parameters
@@ -165,7 +165,7 @@ def _baseline(name: str, scenario: Scenario) -> Entry:
     return Entry(name, (contestant,), role, tier, "baseline", gains, provenance)
 
 
-def _own(law: baselines.Law, scenario: Scenario) -> Entry:
+def _own(law: baselines.BaselineLike, scenario: Scenario) -> Entry:
     name = label(law)
     require(name not in baselines.names(), "policies", "must be a class whose name no baseline has", name)
     tier = baselines.make(law, scenario).information

@@ -57,9 +57,9 @@ class BaselineContestant:
 
     tier = "attitude"
 
-    def __init__(self, law: baselines.Law, gains: str = "default", **changes: Any) -> None:
+    def __init__(self, law: baselines.BaselineLike, gains: str = "default", **changes: Any) -> None:
         self.fingerprint: str | None = None
-        """Same for the same policy: finished batches are found by it. None for a law that is not of this package."""
+        """Same for the same policy: finished batches are found by it. None for a custom baseline."""
         # Tuned gains are data: their name says nothing of what they are, and they are read once, here.
         self._gains = baselines.chosen(law, gains, changes)
         self._build: Callable[..., baselines.Baseline] = partial(baselines.make, law)
@@ -168,7 +168,7 @@ def resolve_policy(policy: Any) -> Contestant:
         known = all(hasattr(policy, name) for name in ("attach", "predict", "tier"))
         require(known, "policy", "must be a name, a path, an Agent or a Baseline class (not an instance)", policy)
         return policy  # type: ignore[no-any-return]
-    if baselines.is_law(policy):
+    if baselines.is_baseline(policy):
         return BaselineContestant(policy)
     from ftac_gym.agents.agent import Agent
 

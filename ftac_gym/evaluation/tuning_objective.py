@@ -92,12 +92,12 @@ class Search:
 
     def gains_at(self, point: Mapping[str, float]) -> dict[str, Any]:
         """Return the gains at a point of the space, rounded: what is flown is what is stored."""
-        gains: dict[str, Any] = _rounded(baselines.law(self.baseline).gains_at(point))
+        gains: dict[str, Any] = _rounded(baselines.baseline_class(self.baseline).gains_at(point))
         return gains
 
     def start(self) -> dict[str, float]:
         """Return where to begin: at the law's own gains; amid the range of a gain that they leave open or out of it."""
-        known = baselines.law(self.baseline).point_of(baselines.defaults(self.baseline))
+        known = baselines.baseline_class(self.baseline).point_of(baselines.defaults(self.baseline))
         point = {}
         for name, item in self.space.items():
             middle = math.sqrt(item.low * item.high) if item.log else 0.5 * (item.low + item.high)

@@ -82,7 +82,7 @@ class _Watch:
 
 
 def _observer(scenario: Scenario, count: int, source: Any, gains: str, changes: dict[str, Any]) -> Baseline | _Watch:
-    named = isinstance(source, str) and baselines.is_law(source)
+    named = isinstance(source, str) and baselines.is_baseline(source)
     if named or (isinstance(source, type) and issubclass(source, Baseline)):
         return baselines.make(source, scenario, count, gains, **changes)
     require(gains == "default", "gains", "must be 'default' unless source is a baseline of this package", gains)

@@ -40,7 +40,7 @@ def source_of(policy: str, scenario: str = "flagship") -> str:
         return str(shipped(own if own in designs() else "flagship_residual"))
     if policy in designs():
         return str(shipped(policy))
-    known = baselines.is_law(policy.removesuffix(TUNED)) or Path(policy).exists()
+    known = baselines.is_baseline(policy.removesuffix(TUNED)) or Path(policy).exists()
     rule = f"must be {AGENT!r}, a shipped agent ({', '.join(designs())}), a baseline ({', '.join(baselines.names())}), "
     rule += "a baseline with tuned gains like 'nftsm tuned', an own law as 'module:Class', or the path of an agent"
     require(known, "policy", rule, policy)
@@ -64,6 +64,6 @@ def contestant_of(policy: str, scenario: str = "flagship", gains: str = "default
     """
     source = source_of(policy, scenario)
     law = source.removesuffix(TUNED)
-    if baselines.is_law(law):
+    if baselines.is_baseline(law):
         return BaselineContestant(law, "tuned" if source.endswith(TUNED) else gains)
     return source

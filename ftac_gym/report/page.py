@@ -223,7 +223,7 @@ def gains_of(entry: Entry) -> dict[str, Any]:
         return {}
     fingerprint = getattr(entry.policies[0], "fingerprint", None)
     changes = json.loads(fingerprint)[1] if fingerprint else baselines.chosen(name, entry.gains or "default", {})
-    signature = inspect.signature(baselines.law(name)).parameters.values()
+    signature = inspect.signature(baselines.baseline_class(name)).parameters.values()
     defaults = {
         item.name: item.default
         for item in signature

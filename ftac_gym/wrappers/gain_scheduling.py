@@ -24,7 +24,7 @@ def schedulable_bases() -> list[str]:
     return [
         name
         for name in baselines.names()
-        if baselines.law(name).schedulable and baselines.defaults(name).get("faults") != "oracle"
+        if baselines.baseline_class(name).schedulable and baselines.defaults(name).get("faults") != "oracle"
     ]
 
 
@@ -33,7 +33,9 @@ class _SchedulingStage(Stage):
 
     acts = True
 
-    def __init__(self, env: Any, base: baselines.Law = "pd_dob", ranges: Ranges | None = None, **gains: Any) -> None:
+    def __init__(
+        self, env: Any, base: baselines.BaselineLike = "pd_dob", ranges: Ranges | None = None, **gains: Any
+    ) -> None:
         super().__init__(env)
         scenario = self.inner.scenario
         self.baseline = blind_base(base, scenario, self.num_spacecraft, gains)
@@ -134,5 +136,7 @@ class GainScheduling(StageWrapper):
 
     vector_type = VectorGainScheduling
 
-    def __init__(self, env: Any, base: baselines.Law = "pd_dob", ranges: Ranges | None = None, **gains: Any) -> None:
+    def __init__(
+        self, env: Any, base: baselines.BaselineLike = "pd_dob", ranges: Ranges | None = None, **gains: Any
+    ) -> None:
         super().__init__(env, base=base, ranges=ranges, **gains)

@@ -75,7 +75,7 @@ class _ResidualStage(Stage):
     def __init__(
         self,
         env: Any,
-        base: baselines.Law = "pd_dob",
+        base: baselines.BaselineLike = "pd_dob",
         authority: float = 0.5,
         fade_angle: float = 0.0,
         fade_floor: float = 0.0,
@@ -138,7 +138,9 @@ class _ResidualStage(Stage):
         return authority
 
 
-def blind_base(name: baselines.Law, scenario: Scenario, num_spacecraft: int, gains: dict[str, Any]) -> Baseline:
+def blind_base(
+    name: baselines.BaselineLike, scenario: Scenario, num_spacecraft: int, gains: dict[str, Any]
+) -> Baseline:
     """Build a baseline that knows no more than a craft can.
 
     Raises
@@ -212,7 +214,7 @@ class ResidualPolicy(StageWrapper):
     def __init__(
         self,
         env: Any,
-        base: baselines.Law = "pd_dob",
+        base: baselines.BaselineLike = "pd_dob",
         authority: float = 0.5,
         fade_angle: float = 0.0,
         fade_floor: float = 0.0,

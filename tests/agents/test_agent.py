@@ -6,7 +6,7 @@ from dataclasses import asdict
 import gymnasium as gym
 import numpy as np
 import pytest
-from helpers.own_law import OwnLaw, OwnTelemetryLaw
+from helpers.custom_baseline import CustomBaseline, CustomTelemetry
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import DummyVecEnv
 
@@ -95,19 +95,19 @@ def test_a_recurrent_agent_remembers_its_own_decisions_alone():
 
 @pytest.mark.parametrize("wrapper", ["ResidualPolicy", "GainScheduling"])
 def test_a_base_of_your_own_is_kept_as_text(wrapper):
-    interface = Interface(wrappers=[[wrapper, {"base": OwnLaw}]])
-    assert interface.bases == ("helpers.own_law:OwnLaw",)
+    interface = Interface(wrappers=[[wrapper, {"base": CustomBaseline}]])
+    assert interface.bases == ("helpers.custom_baseline:CustomBaseline",)
     assert Interface(**json.loads(json.dumps(asdict(interface)))) == interface
     assert Interface(wrappers=[["ResidualPolicy", {}], ["ObservationHistory", {}]]).bases == ("pd_dob",)
 
 
 def test_the_tier_of_a_base_of_your_own_counts():
-    assert Interface(wrappers=[["ResidualPolicy", {"base": OwnLaw}]]).information == "attitude"
-    assert Interface(wrappers=[["ResidualPolicy", {"base": OwnTelemetryLaw}]]).information == "telemetry"
+    assert Interface(wrappers=[["ResidualPolicy", {"base": CustomBaseline}]]).information == "attitude"
+    assert Interface(wrappers=[["ResidualPolicy", {"base": CustomTelemetry}]]).information == "telemetry"
 
 
 def test_a_base_that_nobody_could_import_is_refused():
-    class Local(OwnLaw):
+    class Local(CustomBaseline):
         pass
 
     with pytest.raises(ValueError, match=r"baseline must be a class that can be imported, .* got .*Local"):
@@ -115,7 +115,7 @@ def test_a_base_that_nobody_could_import_is_refused():
 
 
 def test_an_agent_on_a_law_of_your_own_flies_again_and_is_not_taken_for_another(tmp_path):
-    for name, base in (("own", OwnLaw), ("known", "pd")):
+    for name, base in (("own", CustomBaseline), ("known", "pd")):
         interface = Interface(wrappers=[["ResidualPolicy", {"base": base}]])
         env = DummyVecEnv([lambda interface=interface: interface.wrap(gym.make("SpacecraftFTC-v0", duration=5.0))])
         model = PPO("MlpPolicy", env, device="cpu")
@@ -124,5 +124,5 @@ def test_an_agent_on_a_law_of_your_own_flies_again_and_is_not_taken_for_another(
     agent = Agent.load(tmp_path / "own")
     assert agent.fingerprint is None and Agent.load(tmp_path / "known").fingerprint is not None
     task = scenarios.get("flagship").replace(duration=5.0)
-    flown, alone = (rollout(task, policy, seed=1, count=2) for policy in (agent, OwnLaw))
+    flown, alone = (rollout(task, policy, seed=1, count=2) for policy in (agent, CustomBaseline))
     np.testing.assert_array_equal(flown.attitude, alone.attitude)

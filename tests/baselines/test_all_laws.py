@@ -111,7 +111,7 @@ def test_a_reset_gives_the_same_flight_again(name, scenario):
 def test_every_point_of_the_search_space_makes_a_baseline(name, data):
     """Both ends, the middle, and anything in between."""
     scenario = fitting(name)
-    space, law = baselines.search_space(name), baselines.law(name)
+    space, law = baselines.search_space(name), baselines.baseline_class(name)
     drawn = {key: data.draw(st.floats(item.low, item.high), label=key) for key, item in space.items()}
     ends = [{key: getattr(item, end) for key, item in space.items()} for end in ("low", "high")]
     middle = {
@@ -133,7 +133,7 @@ def test_the_search_space_names_gains_of_the_baseline(name):
               for key, item in space.items()}  # fmt: skip
     observed = any(key.startswith("observer.") for key in space)
     assert observed == (baselines.make(name, scenario).information != "oracle" and "observer" in _parts(name))
-    for gain in baselines.law(name).gains_at(middle):
+    for gain in baselines.baseline_class(name).gains_at(middle):
         assert gain in baselines.defaults(name)
 
 
@@ -190,7 +190,9 @@ def test_errors_name_the_fields_of_the_whole_law(name, gains, message):
         baselines.make(name, FLAGSHIP, **gains)
 
 
-@pytest.mark.parametrize("name", [name for name in NAMES if hasattr(baselines.law(name), "sliding_variable")])
+@pytest.mark.parametrize(
+    "name", [name for name in NAMES if hasattr(baselines.baseline_class(name), "sliding_variable")]
+)
 def test_the_sliding_variable_does_not_move_the_law_on(name):
     scenario = fitting(name)
     law, measurement = baselines.make(name, scenario, COUNT), recorded(scenario, 1)[0]

@@ -7,7 +7,7 @@ from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 
 from ftac_gym import baselines, scenarios
-from ftac_gym.baselines import Baseline, as_action, measurement_of
+from ftac_gym.baselines import Baseline, as_action, measurement_of, registry
 from ftac_gym.dynamics import Simulator
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
 from ftac_gym.faults import FaultEffect, fault_effect
@@ -33,7 +33,7 @@ class Oracle(Baseline):
 
 @pytest.fixture
 def oracle(monkeypatch):
-    monkeypatch.setitem(baselines._ENTRIES, "tiny_oracle", baselines._Entry(Oracle))
+    monkeypatch.setitem(registry.ENTRIES, "tiny_oracle", registry.Entry(Oracle))
     return "tiny_oracle"
 
 
@@ -139,7 +139,7 @@ def test_an_oracle_is_told_as_a_policy(kind, oracle):
 
 
 def test_other_baselines_are_not_told(monkeypatch):
-    class Curious(baselines.law("pd")):
+    class Curious(baselines.baseline_class("pd")):
         def act(self, measurement):
             assert measurement.truth is None
             return super().act(measurement)
@@ -149,7 +149,7 @@ def test_other_baselines_are_not_told(monkeypatch):
     policy = Curious(SEVERE, CRAFT).as_policy(env)
     for _ in range(20):
         observation, *_ = env.step(policy.predict(observation)[0])
-    monkeypatch.setitem(baselines._ENTRIES, "curious", baselines._Entry(Curious))
+    monkeypatch.setitem(registry.ENTRIES, "curious", registry.Entry(Curious))
     wrapped = ResidualPolicy(SpacecraftFTCEnv(scenario="flagship_severe"), base="curious")
     wrapped.reset(seed=0)
     for _ in range(20):

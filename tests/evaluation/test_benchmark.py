@@ -99,7 +99,7 @@ def test_every_baseline_that_fits():
 
 
 def test_a_law_that_commands_nonsense_is_none_of_all(monkeypatch):
-    law = baselines.law("pd_shaped")
+    law = baselines.baseline_class("pd_shaped")
     monkeypatch.setattr(law, "act", lambda self, measurement: np.full((len(measurement), 4), np.nan))
     found = {entry.name for entry in entries_of(["all"], FLAGSHIP)}
     assert "pd" in found and "pd_shaped" not in found
@@ -321,7 +321,7 @@ def test_the_cost_of_a_residual_includes_its_base(monkeypatch, tmp_path):
     timing = import_module("ftac_gym.evaluation.timing")
     monkeypatch.setattr(timing, "GROUPS", 3)
     monkeypatch.setattr(timing, "STEPS", 4)
-    monkeypatch.setattr(baselines.law("shen_class"), "act", Slow.act)
+    monkeypatch.setattr(baselines.baseline_class("shen_class"), "act", Slow.act)
     interface = Interface(wrappers=(("ResidualPolicy", {"base": "shen_class"}),))
     (entry,) = entries_of([str(write_agent(tmp_path / "residual", interface))], FLAGSHIP)
     assert step_cost(entry, FLAGSHIP) > 2000.0

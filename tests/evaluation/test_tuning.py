@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from ftac_gym import baselines, scenarios
-from ftac_gym.baselines import Range, tuned
+from ftac_gym.baselines import Range, registry, tuned
 from ftac_gym.baselines.controllers.pd import PD, PDDisturbanceObserver
 from ftac_gym.evaluation import BaselineContestant, rollout, tuning
 from ftac_gym.evaluation import tuning_objective as search
@@ -54,7 +54,7 @@ class Straight(PD):
 def entries(monkeypatch):
     """Laws that the registry knows for the time of a test."""
     for name, law in (("picky", Picky), ("straight", Straight)):
-        monkeypatch.setitem(baselines._ENTRIES, name, baselines._Entry(law))
+        monkeypatch.setitem(registry.ENTRIES, name, registry.Entry(law))
 
 
 def judge(task, gains):
@@ -336,7 +336,7 @@ def test_gains_that_are_not_there(tmp_path, monkeypatch):
         BaselineContestant("pd", gains="tuned")
     with pytest.raises(ValueError, match=r"gains must be one of \['default', 'tuned'\], got 'best'"):
         BaselineContestant("pd", gains="best")
-    with pytest.raises(ValueError, match="gains must be 'default' for a law that is not of this package, got 'tuned'"):
+    with pytest.raises(ValueError, match="gains must be .default. for a baseline that is not of this package.*tuned"):
         BaselineContestant(PD, gains="tuned")
 
 

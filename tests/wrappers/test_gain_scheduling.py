@@ -106,7 +106,7 @@ def test_scheduled_gains_are_those_of_a_law_that_is_built_with_them(name):
     near = InitialState.fixed((np.cos(0.05), 0.0, np.sin(0.05), 0.0), (0.0, 0.0, 0.005))  # wheels below their limits
     env = GainScheduling(native("NextStep", duration=10.0, tumble_rate=None, initial_state=near), name)
     env.reset(seed=1)
-    law, scenario, random = baselines.law(name), env.unwrapped.scenario, np.random.default_rng(0)
+    law, scenario, random = baselines.baseline_class(name), env.unwrapped.scenario, np.random.default_rng(0)
     count = len(env.stage.gains)
     corners = np.array(list(itertools.product((-1.0, 1.0), repeat=count)))
     rows = np.concatenate([corners, random.uniform(-1.0, 1.0, (CRAFT, count))])

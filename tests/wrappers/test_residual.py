@@ -4,8 +4,8 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
+from helpers.custom_baseline import CustomBaseline, CustomOracle
 from helpers.names import fitting
-from helpers.own_law import OwnLaw, OwnOracle
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
@@ -225,11 +225,11 @@ def test_bad_residuals(make):
         env.step(np.full(env.action_space.shape, np.nan))
 
 
-@pytest.mark.parametrize("base", [OwnLaw, "helpers.own_law:OwnLaw"])
+@pytest.mark.parametrize("base", [CustomBaseline, "helpers.custom_baseline:CustomBaseline"])
 def test_zero_residual_on_an_own_law_is_that_law(base):
     env = native("SameStep")
     wrapped = ResidualPolicy(native("SameStep"), base=base, damping=3.0)
-    policy = baselines.make(OwnLaw, env.batch.scenario, CRAFT, damping=3.0).as_policy(env)
+    policy = baselines.make(CustomBaseline, env.batch.scenario, CRAFT, damping=3.0).as_policy(env)
     expected, _ = env.reset(seed=3)
     result, _ = wrapped.reset(seed=3)
     ends = 0
@@ -245,4 +245,4 @@ def test_zero_residual_on_an_own_law_is_that_law(base):
 
 def test_an_own_oracle_is_no_base():
     with pytest.raises(ValueError, match="base must not be an oracle"):
-        ResidualPolicy(native("SameStep"), base=OwnOracle)
+        ResidualPolicy(native("SameStep"), base=CustomOracle)

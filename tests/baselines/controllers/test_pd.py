@@ -189,7 +189,7 @@ def test_bad_bandwidth():
 
 
 def test_unknown_baseline_and_craft():
-    known = r"baseline must be one of \[.*'pd', 'pd_dob'.*\], or .module:Class. for a law of your own, got 'lqr'"
+    known = r"baseline must be one of \[.*'pd', 'pd_dob'.*\], or .module:Class. for a custom baseline, got 'lqr'"
     with pytest.raises(ValueError, match=known):
         baselines.make("lqr", FLAGSHIP)
     with pytest.raises(ValueError, match="num_spacecraft must be a positive integer, got 0"):

@@ -7,7 +7,7 @@ from ftac_gym.baselines.components.allocation import pseudo_inverse, scale_to_li
 from ftac_gym.baselines.components.relative_motion import relative_motion
 
 
-class OwnLaw(Baseline):
+class CustomBaseline(Baseline):
     """Proportional-derivative control that counts its calls, so that it has a memory."""
 
     search_space = {"stiffness": Range(0.1, 1.0), "damping": Range(0.5, 5.0)}  # noqa: RUF012
@@ -26,13 +26,13 @@ class OwnLaw(Baseline):
         return scale_to_limits(torque @ pseudo_inverse(self.wheels.axis_matrix).T, self.wheels.torque_limits)
 
 
-class OwnTelemetryLaw(OwnLaw):
+class CustomTelemetry(CustomBaseline):
     """Says that it knows more."""
 
     information = "telemetry"
 
 
-class OwnOracle(OwnLaw):
+class CustomOracle(CustomBaseline):
     """Says that it knows the truth."""
 
     information = "oracle"

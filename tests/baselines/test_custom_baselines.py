@@ -2,26 +2,28 @@
 
 import numpy as np
 import pytest
-from helpers.own_law import OwnLaw, OwnOracle, OwnTelemetryLaw
+from helpers.custom_baseline import CustomBaseline, CustomOracle, CustomTelemetry
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.baselines import Baseline
-from ftac_gym.baselines.own import is_path
+from ftac_gym.baselines.custom import is_path
 from ftac_gym.evaluation import BaselineContestant, evaluate, resolve_policy, rollout
 from ftac_gym.evaluation.benchmark import entries_of, fly
 from ftac_gym.evaluation.tuning import tune
 from ftac_gym.evaluation.tuning_objective import Search
 
-PATH = "helpers.own_law:OwnLaw"
+PATH = "helpers.custom_baseline:CustomBaseline"
 TASK = scenarios.get("flagship").replace(duration=30.0)
 
 
 def test_a_class_and_its_path_are_the_same_law():
-    assert baselines.law(PATH) is OwnLaw and baselines.law(OwnLaw) is OwnLaw
-    assert baselines.path_of(OwnLaw) == PATH == baselines.path_of(PATH)
+    assert (
+        baselines.baseline_class(PATH) is CustomBaseline and baselines.baseline_class(CustomBaseline) is CustomBaseline
+    )
+    assert baselines.path_of(CustomBaseline) == PATH == baselines.path_of(PATH)
     assert baselines.defaults(PATH) == {"stiffness": 0.3, "damping": 2.0}
-    assert baselines.search_space(PATH) == OwnLaw.search_space
-    flights = [rollout(TASK, law, seed=2, count=3).command for law in (OwnLaw, PATH, BaselineContestant(PATH))]
+    assert baselines.search_space(PATH) == CustomBaseline.search_space
+    flights = [rollout(TASK, law, seed=2, count=3).command for law in (CustomBaseline, PATH, BaselineContestant(PATH))]
     np.testing.assert_array_equal(flights[0], flights[1])
     np.testing.assert_array_equal(flights[0], flights[2])
 
@@ -29,12 +31,12 @@ def test_a_class_and_its_path_are_the_same_law():
 def test_gains_reach_the_law():
     made = baselines.make(PATH, TASK, 2, damping=3.0)
     assert (made.num_spacecraft, made.stiffness, made.damping) == (2, 0.3, 3.0)
-    stiff = rollout(TASK, BaselineContestant(OwnLaw, stiffness=0.9), seed=2, count=1)
-    assert not np.array_equal(stiff.command, rollout(TASK, OwnLaw, seed=2, count=1).command)
+    stiff = rollout(TASK, BaselineContestant(CustomBaseline, stiffness=0.9), seed=2, count=1)
+    assert not np.array_equal(stiff.command, rollout(TASK, CustomBaseline, seed=2, count=1).command)
 
 
 def test_a_law_may_need_gains_and_says_itself_what_is_wrong():
-    class Needing(OwnLaw):
+    class Needing(CustomBaseline):
         def __init__(self, scenario, num_spacecraft, stiffness):
             super().__init__(scenario, num_spacecraft, stiffness)
 
@@ -46,10 +48,13 @@ def test_a_law_may_need_gains_and_says_itself_what_is_wrong():
 @pytest.mark.parametrize(
     ("law", "message"),
     [
-        ("helpers.no_law:OwnLaw", r"there is no 'helpers.no_law' .* got 'helpers.no_law:OwnLaw'"),
-        ("helpers.own_law:Missing", "baseline must name a class in helpers.own_law that derives from Baseline"),
-        ("helpers.own_law:NO_LAW", "baseline must name a class in helpers.own_law"),
-        ("nobody", "baseline must be one of .*'pd', .*\"module:Class\" for a law of your own, got 'nobody'"),
+        ("helpers.no_law:CustomBaseline", r"there is no 'helpers.no_law' .* got 'helpers.no_law:CustomBaseline'"),
+        (
+            "helpers.custom_baseline:Missing",
+            "baseline must name a class in helpers.custom_baseline that derives from Baseline",
+        ),
+        ("helpers.custom_baseline:NO_LAW", "baseline must name a class in helpers.custom_baseline"),
+        ("nobody", "baseline must be one of .*'pd', .*\"module:Class\" for a custom baseline, got 'nobody'"),
         (int, "baseline must be a name or a class that derives from Baseline"),
     ],
 )
@@ -62,14 +67,14 @@ def test_an_error_inside_the_module_is_not_hidden(tmp_path, monkeypatch):
     (tmp_path / "law_that_lacks_something.py").write_text("import something_that_is_not_there\n")
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(ModuleNotFoundError, match="something_that_is_not_there"):
-        baselines.law("law_that_lacks_something:Law")
+        baselines.baseline_class("law_that_lacks_something:Law")
 
 
 def test_only_what_can_be_imported_has_a_path():
-    class Local(OwnLaw):
+    class Local(CustomBaseline):
         pass
 
-    for law in (Local, type("OwnLaw", (OwnLaw,), {"__module__": "helpers.own_law"})):
+    for law in (Local, type("CustomBaseline", (CustomBaseline,), {"__module__": "helpers.custom_baseline"})):
         with pytest.raises(ValueError, match="must be a class that can be imported"):
             baselines.path_of(law)
     with pytest.raises(ValueError, match="must be a name or a Baseline class"):
@@ -84,8 +89,8 @@ def test_names_and_folders_are_no_paths_of_classes(text):
 
 
 def test_tuned_gains_are_for_laws_of_the_package():
-    for law in (OwnLaw, PATH):
-        with pytest.raises(ValueError, match="gains must be 'default' for a law that is not of this package"):
+    for law in (CustomBaseline, PATH):
+        with pytest.raises(ValueError, match="gains must be 'default' for a baseline that is not of this package"):
             BaselineContestant(law, "tuned")
 
 
@@ -98,22 +103,22 @@ def test_results_of_a_law_that_may_change_are_not_kept(tmp_path):
 
 
 def test_the_benchmark_flies_own_laws_as_they_are_on_their_own():
-    entries = entries_of(["pd", PATH, OwnTelemetryLaw, OwnOracle], TASK)
-    assert [entry.name for entry in entries] == ["pd", PATH, "OwnTelemetryLaw", "OwnOracle"]
+    entries = entries_of(["pd", PATH, CustomTelemetry, CustomOracle], TASK)
+    assert [entry.name for entry in entries] == ["pd", PATH, "CustomTelemetry", "CustomOracle"]
     assert [entry.tier for entry in entries] == ["attitude", "attitude", "telemetry", "oracle"]
     assert [entry.role for entry in entries] == ["contestant", "contestant", "contestant", "bound"]
     flown = fly(entries[:2], {"flagship": TASK.draw(0, 3)}, "pd", workers=1, measure=False)
-    alone = evaluate(TASK, OwnLaw, TASK.draw(0, 3))
+    alone = evaluate(TASK, CustomBaseline, TASK.draw(0, 3))
     found = flown.evaluations["flagship"][PATH][0]
     np.testing.assert_array_equal(found.attitude_error, alone.attitude_error)
 
 
 def test_two_own_laws_of_one_name_are_refused():
-    other = type("OwnLaw", (OwnLaw,), {})
+    other = type("CustomBaseline", (CustomBaseline,), {})
     with pytest.raises(ValueError, match=r"policies must be laws of your own.* of different names"):
-        entries_of([OwnLaw, other], TASK)
+        entries_of([CustomBaseline, other], TASK)
     with pytest.raises(ValueError, match="must be a class whose name no baseline has"):
-        entries_of([type("pd", (OwnLaw,), {})], TASK)
+        entries_of([type("pd", (CustomBaseline,), {})], TASK)
 
 
 def test_the_tuner_takes_a_path(tmp_path):
@@ -122,4 +127,4 @@ def test_the_tuner_takes_a_path(tmp_path):
 
 
 def test_baselines_of_the_package_are_no_own_laws():
-    assert all(issubclass(baselines.law(name), Baseline) and not is_path(name) for name in baselines.names())
+    assert all(issubclass(baselines.baseline_class(name), Baseline) and not is_path(name) for name in baselines.names())
