@@ -159,7 +159,7 @@ def chosen(name: BaselineLike, gains: str, changes: Mapping[str, Any]) -> dict[s
     """
     entry = _entry(name)
     require(gains in GAINS, "gains", f"must be one of {list(GAINS)}", gains)
-    rule = "must be 'default' for a baseline that is not of this package"
+    rule = "must be 'default' for a baseline not of this package"
     require(_registered(name) or gains == "default", "gains", rule, gains)
     layers = [entry.gains, tuned.gains(name) if _registered(name) and gains == "tuned" else {}]
     if changes.get("faults", entry.gains.get("faults")) != entry.gains.get("faults"):

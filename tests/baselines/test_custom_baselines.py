@@ -90,7 +90,7 @@ def test_names_and_folders_are_no_paths_of_classes(text):
 
 def test_tuned_gains_are_for_laws_of_the_package():
     for law in (CustomBaseline, PATH):
-        with pytest.raises(ValueError, match="gains must be 'default' for a baseline that is not of this package"):
+        with pytest.raises(ValueError, match="gains must be 'default' for a baseline not of this package"):
             BaselineContestant(law, "tuned")
 
 

@@ -336,7 +336,7 @@ def test_gains_that_are_not_there(tmp_path, monkeypatch):
         BaselineContestant("pd", gains="tuned")
     with pytest.raises(ValueError, match=r"gains must be one of \['default', 'tuned'\], got 'best'"):
         BaselineContestant("pd", gains="best")
-    with pytest.raises(ValueError, match="gains must be .default. for a baseline that is not of this package.*tuned"):
+    with pytest.raises(ValueError, match=r"gains must be .default. for a baseline not of this package.*tuned"):
         BaselineContestant(PD, gains="tuned")
 
 
