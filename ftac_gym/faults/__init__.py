@@ -18,7 +18,7 @@ from ftac_gym.faults.registry import label_of, register, registered
 from ftac_gym.faults.schedule import FaultSchedule
 from ftac_gym.faults.seizure import Seizure
 from ftac_gym.faults.star_tracker_outage import StarTrackerOutage
-from ftac_gym.faults.table import FAULT, SENSOR_FAULT, DrawnFaults, FaultKind, OwnKind
+from ftac_gym.faults.table import FAULT, SENSOR_FAULT, CustomKind, DrawnFaults, FaultKind
 from ftac_gym.utils.serialization import serializable
 
 KINDS: tuple[type[Fault], ...] = (
@@ -48,6 +48,7 @@ __all__ = [
     "AttitudeSpike",
     "Bias",
     "CommandDelay",
+    "CustomKind",
     "DrawnFaults",
     "DriftingEffectiveness",
     "Fault",
@@ -62,7 +63,6 @@ __all__ = [
     "LockInPlace",
     "LossOfEffectiveness",
     "Outage",
-    "OwnKind",
     "Seizure",
     "SensorFault",
     "StarTrackerOutage",

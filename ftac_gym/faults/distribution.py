@@ -9,7 +9,7 @@ import numpy as np
 from ftac_gym.faults.fault import UNIFORMS_PER_FAULT, Fault, SensorFault, WheelFault
 from ftac_gym.faults.friction_rise import FrictionRise
 from ftac_gym.faults.registry import check_known
-from ftac_gym.faults.table import FLIPS, DrawnFaults, no_faults, no_sensor_faults, soften
+from ftac_gym.faults.table import FLIPS, DrawnFaults, no_faults, no_sensor_faults, scale_magnitudes
 from ftac_gym.spacecraft.wheel_array import WheelArray
 from ftac_gym.utils.parameters import FloatArray, Vector, finite, require
 from ftac_gym.utils.serialization import serializable
@@ -149,7 +149,7 @@ class FaultDistribution:
                     assert isinstance(fault, SensorFault)
                     records = fault.draw(part)
                 if fault.gradual:
-                    soften(records, self.severity)
+                    scale_magnitudes(records, self.severity)
                 if fault.random_chain:
                     records["chain"] = slot
                     switches[rows, slot] = fault.switching_times(records["onset"], chances[rows, slot])

@@ -136,7 +136,7 @@ class Fault:
 class WheelFault(Fault):
     """A fault of one wheel.
 
-    A kind of your own derives from this class, has an :class:`~ftac_gym.faults.OwnKind`, is made known with
+    A kind of your own derives from this class, has an :class:`~ftac_gym.faults.CustomKind`, is made known with
     :func:`~ftac_gym.faults.register`, and writes what it does to the wheel into FAULT records: in a method
     ``_fill(rows, uniform, torque_limit)``, which gets records (M,) of healthy wheels with the timing filled in, uniform
     deviates (M, 8) to draw from, and the torque limits (M,) of the struck wheels [N m].

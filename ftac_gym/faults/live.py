@@ -16,7 +16,7 @@ AFTER = 1e-6
 """How long after now faults of the sensors come and go [s]: the measurement of this moment has been taken."""
 
 
-def struck(
+def add_fault(
     drawn: DrawnFaults, craft: int, fault: Fault, time: float, torque_limits: FloatArray, random: np.random.Generator
 ) -> DrawnFaults:
     """Return tables in which one more fault strikes a craft; those given are left as they are.
@@ -68,7 +68,7 @@ def struck(
     return wider
 
 
-def repaired(drawn: DrawnFaults, craft: int, wheel: int | None, time: float) -> DrawnFaults:
+def clear_faults(drawn: DrawnFaults, craft: int, wheel: int | None, time: float) -> DrawnFaults:
     """Return tables in which nothing is wrong with a wheel, or with the sensors, from now on.
 
     Parameters

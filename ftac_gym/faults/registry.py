@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, TypeVar
 
 from ftac_gym.faults.fault import Fault, SensorFault, WheelFault
-from ftac_gym.faults.table import FIRST_OWN_KIND, FaultKind, OwnKind
+from ftac_gym.faults.table import FIRST_CUSTOM_KIND, CustomKind, FaultKind
 from ftac_gym.utils.parameters import require
 from ftac_gym.utils.serialization import classes, required_fields, same_definition, serializable
 
@@ -23,7 +23,7 @@ def register(kind: type[F]) -> type[F]:
     ----------
     kind
         A frozen dataclass that derives from :class:`WheelFault` or :class:`SensorFault`. It has an
-        :class:`~ftac_gym.faults.OwnKind` as its ``kind``, and a method ``_fill`` that writes its magnitudes.
+        :class:`~ftac_gym.faults.CustomKind` as its ``kind``, and a method ``_fill`` that writes its magnitudes.
 
     Returns
     -------
@@ -39,7 +39,10 @@ def register(kind: type[F]) -> type[F]:
     require(valid, "kind", "must be a class that derives from WheelFault or SensorFault", kind)
     name, own = kind.__name__, kind.__dict__.get("kind")
     require(
-        isinstance(own, OwnKind), f"kind of {name}", f"must be an OwnKind, as OwnKind({FIRST_OWN_KIND}, 'name')", own
+        isinstance(own, CustomKind),
+        f"kind of {name}",
+        f"must be a CustomKind, as CustomKind({FIRST_CUSTOM_KIND}, 'name')",
+        own,
     )
     frozen = "__dataclass_fields__" in kind.__dict__ and kind.__dataclass_params__.frozen  # type: ignore[attr-defined]
     require(frozen, name, "must be a frozen dataclass: register it above @dataclass(frozen=True, kw_only=True)", kind)

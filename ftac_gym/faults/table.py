@@ -13,7 +13,7 @@ from ftac_gym.utils.parameters import FloatArray, require
 
 
 class FaultKind(IntEnum):
-    """What is wrong, of the kinds of this package; those from outside have an :class:`OwnKind`."""
+    """What is wrong, of the kinds of this package; those from outside have an :class:`CustomKind`."""
 
     NONE = 0
     LOSS_OF_EFFECTIVENESS = 1
@@ -36,11 +36,11 @@ class FaultKind(IntEnum):
         return "healthy" if self is FaultKind.NONE else self.name.lower().replace("_", " ")
 
 
-FIRST_OWN_KIND = 100
+FIRST_CUSTOM_KIND = 100
 """The smallest number that a kind from outside of the package may have: smaller ones are the package's."""
 
 
-class OwnKind(int):
+class CustomKind(int):
     """Number and label of a fault kind from outside of the package.
 
     Parameters
@@ -58,10 +58,10 @@ class OwnKind(int):
 
     label: str
 
-    def __new__(cls, number: int, label: str) -> OwnKind:
+    def __new__(cls, number: int, label: str) -> CustomKind:
         """Check number and label."""
         whole = isinstance(number, int) and not isinstance(number, bool)
-        require(whole and number >= FIRST_OWN_KIND, "number", f"must be {FIRST_OWN_KIND} or more", number)
+        require(whole and number >= FIRST_CUSTOM_KIND, "number", f"must be {FIRST_CUSTOM_KIND} or more", number)
         require(number < 2**31, "number", "must be below 2**31", number)
         rule = "must be lower-case words of letters and digits, with single spaces between them"
         require(
@@ -74,16 +74,16 @@ class OwnKind(int):
         kind.label = label
         return kind
 
-    def __reduce__(self) -> tuple[type[OwnKind], tuple[int, str]]:
+    def __reduce__(self) -> tuple[type[CustomKind], tuple[int, str]]:
         """Return what makes it again, for copies and pickles."""
-        return OwnKind, (int(self), self.label)
+        return CustomKind, (int(self), self.label)
 
     def __repr__(self) -> str:
         """Return how it is written."""
-        return f"OwnKind({int(self)}, {self.label!r})"
+        return f"CustomKind({int(self)}, {self.label!r})"
 
 
-Kind = FaultKind | OwnKind
+Kind = FaultKind | CustomKind
 """What a fault class says of itself."""
 
 _TIMING: list[tuple[str, str]] = [
@@ -196,7 +196,7 @@ def _never(table: npt.NDArray[np.void]) -> None:
     table["chain"] = -1
 
 
-def soften(rows: npt.NDArray[np.void], severity: float) -> None:
+def scale_magnitudes(rows: npt.NDArray[np.void], severity: float) -> None:
     """Shrink the magnitudes of FAULT or SENSOR_FAULT records towards those of a healthy craft, in place."""
     if severity == 1.0:
         return

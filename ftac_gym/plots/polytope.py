@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ftac_gym.attitude import cross
 from ftac_gym.evaluation.rollout import Rollout
-from ftac_gym.faults.words import acting_faults
+from ftac_gym.faults.description import acting_faults
 from ftac_gym.plots.recording import true_effect
 from ftac_gym.spacecraft.wheel_array import WheelArray
 from ftac_gym.task.feasibility import Envelope, envelope_normals
@@ -125,7 +125,7 @@ def polytopes_along(history: Rollout, times: Sequence[float]) -> dict[str, Torqu
         require(0.0 <= time <= history.time[-1] + 1e-9, "times", rule, time)
         step = int(np.argmin(np.abs(history.time - time)))
         drawn = history.episodes.drawn_faults.take(np.zeros(1, dtype=np.int64))
-        words = acting_faults(drawn, history.time[step : step + 1])[0].words
+        words = acting_faults(drawn, history.time[step : step + 1])[0].descriptions
         shown = [word.rpartition(" at ")[0] for word in words if word.startswith("wheel ")]
         label = f"{history.time[step]:g} s: {', '.join(shown) or 'healthy'}"
         found[label] = torque_polytope(wheels, np.clip(effect.effectiveness[step], 0.0, 1.0), effect.bias[step])

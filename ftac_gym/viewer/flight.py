@@ -10,7 +10,7 @@ from ftac_gym.envs.rendering.snapshot import Snapshot, snapshots
 from ftac_gym.evaluation.rollout import resolve_policy
 from ftac_gym.faults import Fault
 from ftac_gym.faults.distribution import check_kinds
-from ftac_gym.faults.live import repaired, struck
+from ftac_gym.faults.live import add_fault, clear_faults
 from ftac_gym.policies.runner import Pilot
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.scenario import Scenario
@@ -71,7 +71,7 @@ class Flight:
         return snapshots(self._batch, self.name)[0]
 
     def strike(self, fault: Fault, random: np.random.Generator) -> None:
-        """Let a fault begin now, as :func:`ftac_gym.faults.live.struck` does.
+        """Let a fault begin now, as :func:`ftac_gym.faults.live.add_fault` does.
 
         Raises
         ------
@@ -80,9 +80,9 @@ class Flight:
         """
         simulator, wheels = self._batch.simulator, self.scenario.spacecraft.wheels
         check_kinds((fault,), wheels)
-        simulator.set_faults(struck(simulator.faults, 0, fault, self.time, wheels.torque_limits, random))
+        simulator.set_faults(add_fault(simulator.faults, 0, fault, self.time, wheels.torque_limits, random))
 
     def repair(self, wheel: int | None) -> None:
         """Put a wheel in order, or the sensors if the wheel is None."""
         simulator = self._batch.simulator
-        simulator.set_faults(repaired(simulator.faults, 0, wheel, self.time))
+        simulator.set_faults(clear_faults(simulator.faults, 0, wheel, self.time))

@@ -17,9 +17,9 @@ from ftac_gym.faults import (
     Seizure,
     SensorFault,
 )
-from ftac_gym.faults.live import repaired, struck, widened
+from ftac_gym.faults.description import acting_faults
+from ftac_gym.faults.live import add_fault, clear_faults, widened
 from ftac_gym.faults.specification import example
-from ftac_gym.faults.words import acting_faults
 from ftac_gym.spacecraft.friction import Friction
 
 HEALTHY = scenarios.get("flagship").replace(faults=None)
@@ -59,10 +59,10 @@ def test_a_flight_with_live_faults_is_the_one_of_its_episode(kind):
 
     def live(step):
         if step == 50:
-            simulator.set_faults(struck(simulator.faults, 0, fault, simulator.time[0], LIMITS, random))
+            simulator.set_faults(add_fault(simulator.faults, 0, fault, simulator.time[0], LIMITS, random))
         if step == 150:
             wheel = None if issubclass(kind, SensorFault) else 1
-            simulator.set_faults(repaired(simulator.faults, 0, wheel, simulator.time[0]))
+            simulator.set_faults(clear_faults(simulator.faults, 0, wheel, simulator.time[0]))
 
     flown = fly(simulator, law, 250, live)
     again = Simulator(scenario, 2)
@@ -80,7 +80,7 @@ def test_a_live_command_delay_makes_commands_late():
     simulator, _ = pair(HEALTHY)
     simulator.step(np.full((2, 4), 0.05))
     delay = CommandDelay(wheel=2, periods=2.0)
-    simulator.set_faults(struck(simulator.faults, 0, delay, simulator.time[0], LIMITS, np.random.default_rng(0)))
+    simulator.set_faults(add_fault(simulator.faults, 0, delay, simulator.time[0], LIMITS, np.random.default_rng(0)))
     torques = []
     for command in (0.1, 0.15, 0.2, 0.0):
         simulator.step(np.full((2, 4), command))
@@ -92,30 +92,32 @@ def test_faults_pile_up_on_a_wheel_and_a_repair_ends_them_all():
     drawn = HEALTHY.draw(0, 2).drawn_faults
     random = np.random.default_rng(1)
     for time in (1.0, 2.0, 3.0):
-        drawn = struck(drawn, 1, Bias(wheel=0, constant=0.01 * time), time, LIMITS, random)
+        drawn = add_fault(drawn, 1, Bias(wheel=0, constant=0.01 * time), time, LIMITS, random)
     assert drawn.wheels.shape == (2, 4, 3)
     now = np.full(2, 3.0)
-    assert acting_faults(drawn, now)[1].words == tuple(f"wheel 0: bias at {time:.1f} s" for time in (1.0, 2.0, 3.0))
-    assert acting_faults(drawn, now)[0].words == ()
-    healed = repaired(drawn, 1, 0, 5.0)
-    assert len(acting_faults(healed, np.full(2, 4.9))[1].words) == 3
-    assert acting_faults(healed, np.full(2, 5.0))[1].words == ()
+    assert acting_faults(drawn, now)[1].descriptions == tuple(
+        f"wheel 0: bias at {time:.1f} s" for time in (1.0, 2.0, 3.0)
+    )
+    assert acting_faults(drawn, now)[0].descriptions == ()
+    healed = clear_faults(drawn, 1, 0, 5.0)
+    assert len(acting_faults(healed, np.full(2, 4.9))[1].descriptions) == 3
+    assert acting_faults(healed, np.full(2, 5.0))[1].descriptions == ()
 
 
 def test_a_repair_also_takes_away_what_was_to_come():
     scenario = HEALTHY.replace(faults=FaultSchedule((Outage(wheel=3, onset=40.0), AttitudeSpike(onset=50.0))))
     drawn = scenario.draw(0, 1).drawn_faults
     for wheel in (3, None):
-        drawn = repaired(drawn, 0, wheel, 10.0)
+        drawn = clear_faults(drawn, 0, wheel, 10.0)
     assert not drawn.wheels["kind"].any() and not drawn.sensors["kind"].any()
-    assert acting_faults(drawn, np.array([60.0]))[0].words == ()
+    assert acting_faults(drawn, np.array([60.0]))[0].descriptions == ()
 
 
 def test_tables_given_are_left_as_they_are():
     drawn = HEALTHY.draw(0, 1).drawn_faults
     before = [table.copy() for table in drawn]
-    struck(drawn, 0, Seizure(wheel=1), 3.0, LIMITS, np.random.default_rng(0))
-    repaired(drawn, 0, 1, 3.0)
+    add_fault(drawn, 0, Seizure(wheel=1), 3.0, LIMITS, np.random.default_rng(0))
+    clear_faults(drawn, 0, 1, 3.0)
     for table, kept in zip(drawn, before, strict=True):
         np.testing.assert_array_equal(table, kept)
 
@@ -126,7 +128,7 @@ def test_wider_tables_say_the_same():
     assert (wide.wheels.shape[2], wide.sensors.shape[1], wide.switches.shape[1]) == (3, 2, 4)
     now = np.full(20, 60.0)
     for narrow, other in zip(acting_faults(drawn, now), acting_faults(wide, now), strict=True):
-        assert narrow.words == other.words
+        assert narrow.descriptions == other.descriptions
 
 
 def test_craft_with_and_without_layers_share_a_simulator():
@@ -155,7 +157,7 @@ def test_a_simulator_keeps_faults_of_its_own():
 @pytest.mark.parametrize("wheel", [None, 4])
 def test_a_fault_must_name_a_wheel_that_there_is(wheel):
     with pytest.raises(ValueError, match=r"wheel must be one of \[0, 1, 2, 3\], got"):
-        struck(HEALTHY.draw(0, 1).drawn_faults, 0, Outage(wheel=wheel), 0.0, LIMITS, np.random.default_rng(0))
+        add_fault(HEALTHY.draw(0, 1).drawn_faults, 0, Outage(wheel=wheel), 0.0, LIMITS, np.random.default_rng(0))
 
 
 def test_faults_of_other_craft_are_refused():
@@ -166,7 +168,7 @@ def test_faults_of_other_craft_are_refused():
 
 def test_a_random_chain_starts_now():
     drawn = HEALTHY.draw(0, 1).drawn_faults
-    drawn = struck(drawn, 0, IntermittentShutdown(wheel=0), 30.0, LIMITS, np.random.default_rng(2))
-    assert acting_faults(drawn, np.array([29.9]))[0].words == ()
-    assert acting_faults(drawn, np.array([30.0]))[0].words == ("wheel 0: intermittent shutdown at 30.0 s",)
+    drawn = add_fault(drawn, 0, IntermittentShutdown(wheel=0), 30.0, LIMITS, np.random.default_rng(2))
+    assert acting_faults(drawn, np.array([29.9]))[0].descriptions == ()
+    assert acting_faults(drawn, np.array([30.0]))[0].descriptions == ("wheel 0: intermittent shutdown at 30.0 s",)
     assert drawn.switches[0, 0, 0] > 30.0

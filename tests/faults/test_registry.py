@@ -15,19 +15,19 @@ from ftac_gym.evaluation import fault_classes, rollout
 from ftac_gym.faults import (
     KINDS,
     Bias,
+    CustomKind,
     FaultDistribution,
     FaultKind,
     FaultSchedule,
     Outage,
-    OwnKind,
     SensorFault,
     WheelFault,
     label_of,
     register,
     registered,
 )
+from ftac_gym.faults.description import drawn_faults
 from ftac_gym.faults.specification import parse
-from ftac_gym.faults.words import drawn_faults
 from ftac_gym.utils import serialization
 from ftac_gym.utils.parameters import Interval, draw
 
@@ -48,9 +48,9 @@ def rattle(number=100, label="rattle", name="Rattle", base=WheelFault, **members
         rows["bias_frequency"] = 3.0
 
     body = {
-        "__annotations__": {"kind": ClassVar[OwnKind], "size": Interval},
+        "__annotations__": {"kind": ClassVar[CustomKind], "size": Interval},
         "__module__": __name__,
-        "kind": OwnKind(number, label),
+        "kind": CustomKind(number, label),
         "size": (0.1, 0.2),
         "_fill": _fill,
         **members,
@@ -151,7 +151,7 @@ def test_a_class_defined_again_takes_the_place_of_its_former_self():
             {"name": "Friction", "number": 101, "label": "hum"},
             r"name of fault kind Friction must be new; .*Friction has it",
         ),
-        ({"name": "Hum", "kind": FaultKind.BIAS}, r"kind of Hum must be an OwnKind"),
+        ({"name": "Hum", "kind": FaultKind.BIAS}, r"kind of Hum must be a CustomKind"),
     ],
 )
 def test_clashes_are_refused(members, message):
@@ -165,14 +165,14 @@ def test_clashes_are_refused(members, message):
 def test_classes_of_another_form_are_refused():
     with pytest.raises(ValueError, match="must be a class that derives from WheelFault or SensorFault"):
         register(int)
-    with pytest.raises(ValueError, match="kind of Heir must be an OwnKind"):
+    with pytest.raises(ValueError, match="kind of Heir must be a CustomKind"):
         register(type("Heir", (Bias,), {}))
     with pytest.raises(ValueError, match="Plain must be a frozen dataclass"):
-        register(type("Plain", (WheelFault,), {"kind": OwnKind(100, "plain")}))
-    empty = type("Empty", (WheelFault,), {"kind": OwnKind(100, "empty")})
+        register(type("Plain", (WheelFault,), {"kind": CustomKind(100, "plain")}))
+    empty = type("Empty", (WheelFault,), {"kind": CustomKind(100, "empty")})
     with pytest.raises(ValueError, match="Empty must have a method _fill"):
         register(dataclass(frozen=True, kw_only=True)(empty))
-    members = {"__annotations__": {"size": float}, "kind": OwnKind(100, "open"), "_fill": lambda *_: None}
+    members = {"__annotations__": {"size": float}, "kind": CustomKind(100, "open"), "_fill": lambda *_: None}
     with pytest.raises(ValueError, match=r"must have a default for every field.*\['size'\]"):
         register(dataclass(frozen=True, kw_only=True)(type("Open", (WheelFault,), members)))
 
@@ -192,22 +192,22 @@ def test_classes_of_another_form_are_refused():
 )
 def test_numbers_and_labels_that_are_refused(number, label, message):
     with pytest.raises(ValueError, match=message):
-        OwnKind(number, label)
+        CustomKind(number, label)
 
 
 def test_a_kind_survives_copies_and_pickles():
-    kind = OwnKind(100, "hum")
+    kind = CustomKind(100, "hum")
     for other in (copy.deepcopy(kind), pickle.loads(pickle.dumps(kind))):
-        assert other == kind == 100 and other.label == "hum" and repr(other) == "OwnKind(100, 'hum')"
+        assert other == kind == 100 and other.label == "hum" and repr(other) == "CustomKind(100, 'hum')"
 
 
 def test_importing_the_module_is_what_makes_it_known(tmp_path):
     (tmp_path / "hum.py").write_text(
         "from dataclasses import dataclass\n"
-        "from ftac_gym.faults import OwnKind, WheelFault, register\n"
+        "from ftac_gym.faults import CustomKind, WheelFault, register\n"
         "@register\n@dataclass(frozen=True, kw_only=True)\n"
         "class Hum(WheelFault):\n"
-        "    kind = OwnKind(100, 'hum')\n"
+        "    kind = CustomKind(100, 'hum')\n"
         "    def _fill(self, rows, uniform, torque_limit):\n"
         "        rows['bias'] = 0.01\n"
     )

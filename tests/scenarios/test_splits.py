@@ -12,7 +12,7 @@ TRAINING = scenarios.get("flagship")
 DRAWN = TRAINING.draw(0, 2000)
 
 
-def struck(episodes, kind):
+def affected(episodes, kind):
     return episodes.faults[episodes.faults["kind"] == kind]
 
 
@@ -47,10 +47,10 @@ def test_severe_magnitudes_lie_outside_training():
         (FaultKind.HARD_OVER, ("bias",)),
     ):
         for field in fields:
-            hard, usual = struck(severe, kind)[field], struck(DRAWN, kind)[field]
+            hard, usual = affected(severe, kind)[field], affected(DRAWN, kind)[field]
             assert outside(hard[hard != 0.0], usual), field
-    weak = struck(severe, FaultKind.LOSS_OF_EFFECTIVENESS)["effectiveness"]
-    assert weak.max() < struck(DRAWN, FaultKind.LOSS_OF_EFFECTIVENESS)["effectiveness"].min() + 0.01
+    weak = affected(severe, FaultKind.LOSS_OF_EFFECTIVENESS)["effectiveness"]
+    assert weak.max() < affected(DRAWN, FaultKind.LOSS_OF_EFFECTIVENESS)["effectiveness"].min() + 0.01
     assert set(np.unique(severe.faults["kind"])) <= set(np.unique(DRAWN.faults["kind"]))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.envs.batch import SpacecraftBatch
-from ftac_gym.faults.words import Words, acting_faults
+from ftac_gym.faults.description import Descriptions, acting_faults
 from ftac_gym.utils.parameters import FloatArray
 
 
@@ -63,7 +63,7 @@ class Snapshot:
     wheel_momentum: FloatArray
     effectiveness: FloatArray
     faulty: npt.NDArray[np.bool_]
-    faults: Words
+    faults: Descriptions
     modal_displacement: FloatArray
     policy: str = ""
 
@@ -97,7 +97,7 @@ def snapshots(batch: SpacecraftBatch, policy: str = "") -> tuple[Snapshot, ...]:
             wheel_momentum=state.wheel_momentum[craft].copy(),
             effectiveness=effect.effectiveness[craft].copy(),
             faulty=acting[craft].wheels,
-            faults=acting[craft].words,
+            faults=acting[craft].descriptions,
             modal_displacement=state.modal_displacement[craft].copy(),
             policy=policy,
         )
