@@ -1,4 +1,4 @@
-"""Check of the prose: docstrings, comments, messages in code, and the text of Markdown pages.
+"""Check the prose of the repository: docstrings, comments, messages, and the text of Markdown pages.
 
 Usage: ``python docs/tools/prose.py [PATH ...]``; without a path the whole repository is checked.
 """
@@ -6,91 +6,112 @@ Usage: ``python docs/tools/prose.py [PATH ...]``; without a path the whole repos
 from __future__ import annotations
 
 import ast
+import inspect
 import io
 import re
 import sys
 import tokenize
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 LONGEST = 25
-"""Words that a sentence may have."""
+"""Largest number of words in a sentence."""
 OPENINGS = ("what", "where", "who", "whose", "whom", "how", "can", "whether", "why")
-"""Words that the first sentence of a docstring must not begin with."""
+"""Words that open no docstring."""
 BANNED = {
     r"craft": "spacecraft",
     r"contestants?": "policy or benchmark entry",
     r"pilots?": "policy or runner",
     r"surpris\w+": "unmodelled torque",
-    r"(?:knows|believes|believed|forgets|remembers|obeys?|listens)": "a plain technical verb: code is no person",
+    r"(?:knows|that know|believes?|believed|forgets|remembers|obeys?|listens)": "a technical verb: code is no person",
     r"(?:gives? way|gave way|clothes|strangers?|hurry|newcomers?)": "a plain technical word",
     r"(?:shall|but for|of late|in spite of|likewise|thereby|whereby|hitherto|nought)": "plain words",
     r"(?:struck|strikes?|striking)": "occurs, acts or affected",
     r"(?:nobody|somebody|anybody|everybody|whoever|no one|someone|anyone|everyone)": "the thing itself",
     r"(?:soften\w*|mended|mends?|repaired|healed)": "scale, correct or clear",
-    r"so that it\b.*\bso that": "two sentences",
 }
-"""Patterns of whole words, with what to write instead."""
+"""Patterns of whole words, with the replacement."""
 ROOTS = ("ftac_gym", "train", "benchmarks", "docs", "tests", "README.md", "CHANGELOG.md")
-SKIPPED = ("generated", "_build", "reproduction")
+SKIPPED = ("generated", "_build")
 
 _BANNED = {re.compile(rf"\b{pattern}\b", re.IGNORECASE): instead for pattern, instead in BANNED.items()}
+_CODE = re.compile(r"\{[\w:]+\}`+[^`]+`+|`+[^`]+`+|\$[^$]+\$|:[\w:]+:`[^`]+`|(?<=\])\([^)]*\)|https?://\S+")
+_NO_PROSE = re.compile(r"[|#<!:>]|\.\. |[-=+ ]+$|\S.* {2,}\S")
+"""Tables, headings, directives, options, borders, and rows of columns: they hold no sentences."""
+_ITEM = re.compile(r"(?:[-*]|\d+\.) +")
+
+
+def without_code(text: str) -> str:
+    """Replace fenced code, front matter, block equations and literal blocks by empty lines, inline code by ``X``."""
+    for pattern in (r"^---\n.*?^---$", r"^ *(```+)(?!\{(?:note|figure|warning)).*?^ *\1$", r"\$\$.*?\$\$"):
+        start = r"\A" if pattern.startswith("^---") else ""
+        text = re.sub(start + pattern, lambda found: "\n" * found[0].count("\n"), text, flags=re.S | re.M)
+    lines, last, literal = text.splitlines(), "", -1
+    for index, line in enumerate(lines):
+        indent = len(line) - len(line.lstrip())
+        if line.strip() and indent <= literal:
+            literal = -1
+        # An equation is set off by its indentation alone, or follows a double colon.
+        set_off = index and not lines[index - 1].strip() and last and indent >= 4 > len(last) - len(last.lstrip())
+        if line.strip() and literal < 0 and (set_off or last.endswith("::")) and indent:
+            literal = indent - 1
+        last = line.rstrip() or last
+        lines[index] = "" if literal >= 0 else _CODE.sub("X", line)
+    return "\n".join(lines)
 
 
 def sentences(text: str) -> Iterator[tuple[int, str]]:
-    """Yield line offsets and sentences of running text; code, literals, tables, lists of fields are left out."""
-    paragraphs: list[tuple[int, list[str]]] = [(0, [])]
-    fenced = False
+    """Yield line offset and text of the sentences of running text; the items of a list are paragraphs."""
+    paragraphs: list[tuple[int, int, list[str]]] = [(0, 0, [])]
     for number, line in enumerate(text.splitlines()):
-        fenced ^= line.lstrip().startswith(("```", ":::"))
-        plain = re.sub(r"`[^`]*`|\$[^$]*\$|\[([^\]]*)\]\([^)]*\)", r"\1 X", line).strip()
-        skipped = fenced or not plain or plain.startswith(("|", "#", "```", ">>>", "---", "===", "..", "<", "!"))
-        if skipped or re.match(r"[-*] |\d+\. ", plain) or len(line) - len(line.lstrip()) != _indent(paragraphs):
-            paragraphs.append((number, []))
-        if not skipped:
-            paragraphs[-1][1].append(line if not fenced else "")
-    for start, lines in paragraphs:
-        whole = re.sub(r"`[^`]*`|\$[^$]*\$", "X", " ".join(part.strip() for part in lines))
-        for sentence in re.split(r"(?<=[.!?:;])\s+(?=[A-Z`\"(])", whole):
+        plain = line.strip()
+        item = _ITEM.match(plain)
+        indent = len(line) - len(line.lstrip()) + (item.end() if item else 0)
+        if not plain or item or indent != paragraphs[-1][1] or _NO_PROSE.match(plain):
+            paragraphs.append((number, indent, []))
+        if plain and not _NO_PROSE.match(plain):
+            paragraphs[-1][2].append(plain[item.end() :] if item else plain)
+    for start, _, lines in paragraphs:
+        for sentence in re.split(r"(?<=[.!?:])\s+(?=[A-Z`\"(])|(?<=;)\s+", " ".join(lines)):
             if sentence:
                 yield start, sentence
 
 
-def _indent(paragraphs: list[tuple[int, list[str]]]) -> int:
-    lines = paragraphs[-1][1]
-    return len(lines[-1]) - len(lines[-1].lstrip()) if lines else -1
-
-
-def texts_of(path: Path) -> Iterator[tuple[int, str, bool]]:
-    """Yield line, text and whether it is a docstring, for all prose of a file."""
+def texts(path: Path) -> Iterator[tuple[int, str, str]]:
+    """Yield line, kind (``page``, ``docstring``, ``comment`` or ``message``) and text of the prose in a file."""
     source = path.read_text(encoding="utf-8")
     if path.suffix == ".md":
-        yield 1, source, False
+        yield 1, "page", source
         return
     for node in ast.walk(ast.parse(source)):
-        for statement in getattr(node, "body", None) or [] if not isinstance(node, ast.Lambda | ast.IfExp) else []:
-            value = getattr(statement, "value", None)
-            if isinstance(statement, ast.Expr) and isinstance(value, ast.Constant) and isinstance(value.value, str):
-                yield statement.lineno, value.value, True
-    comment: list[tuple[int, str]] = []
-    for token in tokenize.generate_tokens(io.StringIO(source).readline):
-        if token.type == tokenize.COMMENT:
-            comment.append((token.start[0], token.string.lstrip("# ")))
-    for line, text in comment:
-        yield line, text, False
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
+            yield node.lineno, "docstring", inspect.cleandoc(node.value.value)
+        elif isinstance(node, ast.Raise) or (isinstance(node, ast.Call) and ast.unparse(node.func) == "require"):
+            for part in ast.walk(node):
+                if isinstance(part, ast.Constant) and " " in str(part.value):
+                    yield part.lineno, "message", str(part.value)
+    tokens = tokenize.generate_tokens(io.StringIO(source).readline)
+    comments = [(token.start[0], token.string.lstrip("# ")) for token in tokens if token.type == tokenize.COMMENT]
+    # Lines that follow each other are one comment.
+    starts = [line for (before, _), (line, _) in pairwise([(-1, ""), *comments]) if line != before + 1]
+    for start, end in pairwise([*starts, sys.maxsize]):
+        yield start, "comment", "\n".join(text for line, text in comments if start <= line < end)
 
 
 def complaints(path: Path) -> Iterator[str]:
-    """Yield what breaks a rule in a file."""
-    for line, text, docstring in texts_of(path):
-        first = re.split(r"\W+", text.strip(), maxsplit=1)[0].lower() if docstring else ""
-        if first in OPENINGS:
+    """Yield a line for each broken rule of a file."""
+    for line, kind, text in texts(path):
+        first = re.split(r"\W+", text, maxsplit=1)[0].lower()
+        if kind == "docstring" and first in OPENINGS:
             yield f"{path}:{line}: a docstring opens with {first!r}: write a noun phrase or an imperative"
-        for offset, sentence in sentences(text):
+        plain = without_code(text)
+        for offset, content in enumerate(plain.splitlines()):
             for pattern, instead in _BANNED.items():
-                if found := pattern.search(sentence):
+                if found := pattern.search(content):
                     yield f"{path}:{line + offset}: {found.group()!r}: write {instead}"
-            count = len(re.findall(r"[A-Za-z][\w'-]*", sentence))
+        for offset, sentence in sentences(plain):
+            count = len(re.findall(r"[A-Za-z][\w'-]+", sentence))
             if count > LONGEST:
                 yield f"{path}:{line + offset}: a sentence of {count} words: at most {LONGEST}: {sentence[:60]!r}"
 
