@@ -4,10 +4,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from helpers.flexible_craft import (
+from helpers.flexible_spacecraft import (
     INERTIA,
     PYRAMID,
-    flexible_craft,
+    flexible_scenario,
     flown,
     integrated,
     random_appendages,
@@ -108,7 +108,7 @@ def simpson(values, step):
 def test_the_plant_agrees_with_the_mass_matrix_form(modes, coupled, varying, rate_torque, lean):
     """Disturbance that grows with the rate, a new command every period, stirred modes; beyond three modes too."""
     appendages = random_appendages(modes, seed=modes)
-    scenario = flexible_craft(
+    scenario = flexible_scenario(
         appendages,
         momentum=MOMENTUM,
         coupling=coupled,
@@ -134,14 +134,14 @@ def test_the_plant_agrees_with_the_mass_matrix_form(modes, coupled, varying, rat
 def test_every_part_of_the_comparison_matters():
     """Leaving out the modes' momentum, the misalignment or the damping is seen from afar."""
     appendages = random_appendages(3, seed=3)
-    scenario = flexible_craft(appendages, momentum=MOMENTUM, **shaken(3), physics_step=0.01, duration=20.0)
+    scenario = flexible_scenario(appendages, momentum=MOMENTUM, **shaken(3), physics_step=0.01, duration=20.0)
     commands = np.random.default_rng(0).uniform(-0.2, 0.2, (scenario.horizon, 4))
     plain = flown(scenario, commands)
     craft = scenario.spacecraft
     others = {
         "damping": scenario.replace(spacecraft=Spacecraft(INERTIA, craft.wheels, appendages=undamped(appendages))),
         "misalignment": scenario.replace(misalignment=LEAN),
-        "rigid": flexible_craft(None, momentum=MOMENTUM, physics_step=0.01, duration=20.0),
+        "rigid": flexible_scenario(None, momentum=MOMENTUM, physics_step=0.01, duration=20.0),
     }  # fmt: skip
     for name, other in others.items():
         assert np.abs(flown(other, commands)[:, 4:7] - plain[:, 4:7]).max() > 1e-4, name
@@ -177,7 +177,7 @@ def test_the_plant_of_li_2023_over_a_minute():
 def test_momentum_and_energy_of_a_free_undamped_body(step):
     """Over 200 s. RK4 takes (f h)^6 / 72 of an oscillator's energy in every step, and nothing beyond that is lost."""
     appendages = undamped(random_appendages(4))
-    scenario = flexible_craft(appendages, **shaken(4), control_period=0.1, physics_step=step, duration=200.0)
+    scenario = flexible_scenario(appendages, **shaken(4), control_period=0.1, physics_step=step, duration=200.0)
     states = flown(scenario, np.zeros((scenario.horizon, 4)))
     momentum, energy = inertial_momentum(states, appendages), total_energy(states, appendages)
     assert np.linalg.norm(momentum - momentum[0], axis=1).max() < 1e-9 * np.linalg.norm(momentum[0])
@@ -193,7 +193,7 @@ def test_momentum_and_energy_of_a_free_undamped_body(step):
 
 def test_momentum_is_conserved_whatever_the_wheels_do():
     appendages = random_appendages(4)
-    scenario = flexible_craft(appendages, momentum=MOMENTUM, **shaken(4), physics_step=0.01, duration=100.0)
+    scenario = flexible_scenario(appendages, momentum=MOMENTUM, **shaken(4), physics_step=0.01, duration=100.0)
     rng = np.random.default_rng(0)
     states = flown(scenario, rng.uniform(-0.2, 0.2, (scenario.horizon, 4)))
     momentum = inertial_momentum(states, appendages)
@@ -202,7 +202,7 @@ def test_momentum_is_conserved_whatever_the_wheels_do():
 
 def test_the_energy_changes_by_the_work_of_the_wheels_and_the_losses_of_the_modes():
     appendages, step = random_appendages(3, damping=(0.01, 0.1)), 0.01
-    scenario = flexible_craft(appendages, **shaken(3), control_period=step, physics_step=step, duration=40.0)
+    scenario = flexible_scenario(appendages, **shaken(3), control_period=step, physics_step=step, duration=40.0)
     command = np.array([0.05, -0.02, 0.01, 0.03])
     damping = 2.0 * np.array(appendages.damping_ratios) * appendages.frequencies
     for level in (0.0, 1.0):
@@ -223,7 +223,7 @@ def test_the_energy_changes_by_the_work_of_the_wheels_and_the_losses_of_the_mode
 def test_no_craft_gains_energy_or_momentum(modes, seed, share, ratio, spinning, swing):
     """However strongly coupled: a body of which the modes hold up to 95 % in one direction."""
     appendages = random_appendages(modes, seed, share, (0.3, 3.0), (0.0, ratio))
-    scenario = flexible_craft(
+    scenario = flexible_scenario(
         appendages,
         rate=(0.3, -0.2, 0.25) if spinning else (0.0, 0.0, 0.0),
         displacement=(swing,) * modes,
@@ -238,7 +238,7 @@ def test_no_craft_gains_energy_or_momentum(modes, seed, share, ratio, spinning, 
 
 def test_the_integrator_converges_with_order_four():
     appendages = random_appendages(4, frequencies=(0.8, 2.5))
-    scenario = flexible_craft(
+    scenario = flexible_scenario(
         appendages,
         rate=(0.5, -0.6, 0.4),
         momentum=(5.0, -3.0, 4.0, 1.0),
@@ -277,7 +277,7 @@ def test_without_coupling_the_body_is_rigid_and_the_modes_ring_alone(coupled):
         "physics_step": 0.01,
         "duration": 30.0,
     }
-    flexible, rigid = flexible_craft(appendages, **start, **parts), flexible_craft(None, **parts)
+    flexible, rigid = flexible_scenario(appendages, **start, **parts), flexible_scenario(None, **parts)
     commands = np.random.default_rng(0).uniform(-0.25, 0.25, (flexible.horizon, 4))
     seen = flown(flexible, commands)
     np.testing.assert_array_equal(seen[:, :11], flown(rigid, commands))
@@ -293,14 +293,14 @@ def test_stiff_modes_make_a_rigid_body_of_the_whole_inertia():
     """The difference falls with the square of the frequency; a body without what the modes hold is far off."""
     command = np.array([0.05, -0.02, 0.01, 0.03])
     start = {"momentum": MOMENTUM, "control_period": 0.05, "physics_step": 0.001, "duration": 20.0}
-    rigid = flown(flexible_craft(None, **start), np.tile(command, (400, 1)))[:, 4:7]
+    rigid = flown(flexible_scenario(None, **start), np.tile(command, (400, 1)))[:, 4:7]
     soft = random_appendages(4)
     left = INERTIA - soft.carried_inertia
-    hub = flown(flexible_craft(None, inertia=left, **start), np.tile(command, (400, 1)))[:, 4:7]
+    hub = flown(flexible_scenario(None, inertia=left, **start), np.tile(command, (400, 1)))[:, 4:7]
     errors = []
     for stiffness in (30.0, 60.0, 120.0):
         stiff = FlexibleAppendages((stiffness, 1.3 * stiffness, 1.7 * stiffness, 2.0 * stiffness), 0.1, soft.coupling)
-        seen = flown(flexible_craft(stiff, **start), np.tile(command, (400, 1)))[:, 4:7]
+        seen = flown(flexible_scenario(stiff, **start), np.tile(command, (400, 1)))[:, 4:7]
         errors.append(np.abs(seen - rigid)[200:].max())
     assert errors[-1] < 1e-5 and np.abs(hub - rigid)[200:].max() > 1e-3
     for coarse, fine in pairwise(errors):
@@ -313,9 +313,9 @@ def test_soft_modes_leave_a_body_of_what_is_not_theirs():
 
     left = INERTIA - soft.carried_inertia
     parts = {"rate": (0.0, 0.0, 0.0), "momentum": MOMENTUM, "physics_step": 0.01, "duration": 3.0}
-    seen = flown(flexible_craft(soft, **parts), np.tile(command, (30, 1)))
-    hub = flown(flexible_craft(None, inertia=left, **parts), np.tile(command, (30, 1)))
-    whole = flown(flexible_craft(None, **parts), np.tile(command, (30, 1)))
+    seen = flown(flexible_scenario(soft, **parts), np.tile(command, (30, 1)))
+    hub = flown(flexible_scenario(None, inertia=left, **parts), np.tile(command, (30, 1)))
+    whole = flown(flexible_scenario(None, **parts), np.tile(command, (30, 1)))
     np.testing.assert_allclose(seen[:, 4:7], hub[:, 4:7], atol=1e-7)
     assert np.abs(seen[:, 4:7] - whole[:, 4:7]).max() > 1e-3
 
@@ -326,9 +326,9 @@ def test_soft_modes_of_a_turning_craft_are_a_wheel_that_nobody_turns():
     rate = np.array([0.3, -0.2, 0.25])
     stored = np.linalg.pinv(PYRAMID) @ soft.carried_inertia @ rate
     parts = {"rate": tuple(rate), "physics_step": 0.01, "duration": 10.0}
-    seen = flown(flexible_craft(soft, **parts), np.zeros((100, 4)))
+    seen = flown(flexible_scenario(soft, **parts), np.zeros((100, 4)))
     left = INERTIA - soft.carried_inertia
-    hub = flown(flexible_craft(None, inertia=left, momentum=tuple(stored), **parts), np.zeros((100, 4)))
+    hub = flown(flexible_scenario(None, inertia=left, momentum=tuple(stored), **parts), np.zeros((100, 4)))
     np.testing.assert_allclose(seen[:, :7], hub[:, :7], atol=1e-7)
     assert np.ptp(seen[:, 4:7], axis=0).max() > 0.05
 
@@ -342,7 +342,7 @@ def test_a_free_body_rings_in_one_of_its_own_modes(number):
     squares, shapes = eigh(np.diag(np.array(appendages.frequencies) ** 2), mass)
     frequency, shape = np.sqrt(squares[number]), 1e-6 * shapes[:, number]
     assert appendages.free_frequencies(INERTIA)[number] == pytest.approx(frequency, rel=1e-12)
-    scenario = flexible_craft(
+    scenario = flexible_scenario(
         appendages, rate=(0.0, 0.0, 0.0), displacement=shape, control_period=0.05, physics_step=0.005, duration=50.0
     )
     states = flown(scenario, np.zeros((scenario.horizon, 4)))
@@ -356,7 +356,7 @@ def test_a_free_body_rings_in_one_of_its_own_modes(number):
 def test_the_spectrum_of_a_free_body_has_its_free_frequencies_and_not_the_clamped_ones():
     appendages = undamped(random_appendages(3, share=0.7))
     free, clamped = appendages.free_frequencies(INERTIA), np.sort(appendages.frequencies)
-    scenario = flexible_craft(
+    scenario = flexible_scenario(
         appendages, rate=(0.0, 0.0, 0.0), displacement=(1e-6, 2e-6, -1e-6), physics_step=0.01, duration=819.2
     )
     rate = flown(scenario, np.zeros((8191, 4)))[:, 4:7]
@@ -402,7 +402,7 @@ def test_threads_change_nothing():
 
 def test_a_masked_reset_starts_the_modes_of_its_craft_only():
     appendages = random_appendages(3)
-    scenario = flexible_craft(appendages, **shaken(3), physics_step=0.01, duration=10.0)
+    scenario = flexible_scenario(appendages, **shaken(3), physics_step=0.01, duration=10.0)
     simulator = started(scenario, 3)
     for _ in range(20):
         simulator.step(np.full((3, 4), 0.05))
@@ -423,7 +423,7 @@ def test_energy_and_torque_of_the_simulator():
     """The torque is what a hub of J - delta' delta lacks: J w' with it in place of everything about the modes."""
     appendages = random_appendages(4, seed=2)
     delta, frequency = np.array(appendages.coupling), np.array(appendages.frequencies)
-    scenario = flexible_craft(appendages, **shaken(4), coupling=False, control_period=0.001, physics_step=0.001)
+    scenario = flexible_scenario(appendages, **shaken(4), coupling=False, control_period=0.001, physics_step=0.001)
     simulator = started(scenario)
     states = [state_vector(simulator)]
     torque, energy = [simulator.vibration_torque[0]], [simulator.modal_energy[0]]

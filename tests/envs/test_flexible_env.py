@@ -7,7 +7,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.envs.registration import EnvSpec
-from helpers.flexible_craft import flexible_craft, random_appendages
+from helpers.flexible_spacecraft import flexible_scenario, random_appendages
 
 import ftac_gym  # noqa: F401  registers the environments
 from ftac_gym import scenarios
@@ -155,7 +155,7 @@ def test_a_wheel_at_its_limit_holds_a_mode_at_about_one():
 
 def test_modes_that_are_not_coupled_or_not_limited_are_still_finite():
     appendages = FlexibleAppendages((0.01, 2.0), 0.0, np.zeros((2, 3)))
-    scenario = flexible_craft(appendages, displacement=(1e6, 1e-9), swing=(-1e6, 0.0))
+    scenario = flexible_scenario(appendages, displacement=(1e6, 1e-9), swing=(-1e6, 0.0))
     env = SpacecraftFTCEnv(scenario=scenario, observation="telemetry")
     observation, _ = env.reset(seed=0)
     assert env.observation_space.contains(observation)
@@ -307,6 +307,6 @@ def test_episodes_of_another_kind_of_craft_are_refused_at_the_first_reset(kind, 
 
 @pytest.mark.parametrize("count", [1, 3, 5])
 def test_episodes_of_a_craft_with_other_modes_are_refused(count):
-    scenario = flexible_craft(random_appendages(4))
+    scenario = flexible_scenario(random_appendages(4))
     with pytest.raises(ValueError, match="episodes must"):
-        Simulator(scenario, 2).reset(flexible_craft(random_appendages(count)).draw(0, 2))
+        Simulator(scenario, 2).reset(flexible_scenario(random_appendages(count)).draw(0, 2))

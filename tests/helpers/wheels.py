@@ -1,4 +1,4 @@
-"""Craft of which only the wheels are of interest, and how to run them."""
+"""Wheels about one axis of a spacecraft whose body is of no interest, and a loop that runs them."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ LIMIT, SPIN = 0.2, 0.02  # N m, kg m^2
 
 
 def one_axis(count, *faults, momentum=0.0, step=0.02, period=0.1, torque_limit=LIMIT, **parts):
-    """A craft with that many wheels about one axis; the body is of no interest."""
+    """Return a simulator of one spacecraft with so many wheels about one axis."""
     axes = np.zeros((3, count))
     axes[2] = 1.0
     scenario = Scenario(

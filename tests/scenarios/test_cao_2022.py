@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from helpers.free_craft import flown, integrated
+from helpers.rigid_spacecraft import flown, integrated
 
 from ftac_gym import scenarios
 from ftac_gym.dynamics import Simulator

@@ -5,7 +5,7 @@ import math
 import gymnasium as gym
 import numpy as np
 import pytest
-from helpers.free_craft import flown, integrated
+from helpers.rigid_spacecraft import flown, integrated
 
 import ftac_gym  # noqa: F401  (registers the environments)
 from ftac_gym import scenarios

@@ -5,7 +5,7 @@ import math
 import gymnasium as gym
 import numpy as np
 import pytest
-from helpers.flexible_craft import flown, integrated
+from helpers.flexible_spacecraft import flown, integrated
 
 import ftac_gym  # noqa: F401  (registers the environments)
 from ftac_gym import scenarios

@@ -5,8 +5,8 @@ import math
 import gymnasium as gym
 import numpy as np
 import pytest
-from helpers.free_craft import flown, integrated
 from helpers.hybrid_laws import RateTarget
+from helpers.rigid_spacecraft import flown, integrated
 
 from ftac_gym import scenarios
 from ftac_gym.attitude import rotation_matrix

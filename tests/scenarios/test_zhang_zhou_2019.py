@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from helpers.free_craft import flown, integrated
 from helpers.laws import Target
+from helpers.rigid_spacecraft import flown, integrated
 
 from ftac_gym import scenarios
 from ftac_gym.dynamics import Simulator

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from helpers.flexible_craft import flexible_craft, flown, random_appendages
+from helpers.flexible_spacecraft import flexible_scenario, flown, random_appendages
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
@@ -155,7 +155,7 @@ def test_the_modes_have_random_numbers_of_their_own():
     ids=["coupling", "inertia", "varying inertia", "both"],
 )
 def test_a_craft_without_a_body_is_not_drawn(changes):
-    scenario = flexible_craft(random_appendages(4, share=0.5)).replace(**changes)
+    scenario = flexible_scenario(random_appendages(4, share=0.5)).replace(**changes)
     message = (
         "appendage_uncertainty and inertia_uncertainty must leave J - delta' delta of every spacecraft positive "
         r"definite; the smallest eigenvalue drawn \[kg m\^2\], got -"
@@ -216,7 +216,7 @@ def test_drawn_modes_and_not_the_nominal_ones_move_the_craft(name):
     nominal = random_appendages(3, damping=(0.01, 0.05))
     parts = {"displacement": (0.05, -0.1, 0.1), "physics_step": 0.01, "duration": 20.0}
     factor = {"frequency": 1.3, "damping": 2.0, "coupling": 1.2}[name]
-    scenario = flexible_craft(nominal, **parts)
+    scenario = flexible_scenario(nominal, **parts)
     commands = np.random.default_rng(0).uniform(-0.1, 0.1, (100, 4))
     plain = flown(scenario, commands)
     changed = flown(scenario.replace(appendage_uncertainty=AppendageUncertainty(**{name: factor})), commands)
@@ -225,12 +225,12 @@ def test_drawn_modes_and_not_the_nominal_ones_move_the_craft(name):
         np.array(nominal.damping_ratios) * (factor if name == "damping" else 1.0),
         np.array(nominal.coupling) * (factor if name == "coupling" else 1.0),
     )
-    np.testing.assert_allclose(changed, flown(flexible_craft(built, **parts), commands), atol=1e-12)
+    np.testing.assert_allclose(changed, flown(flexible_scenario(built, **parts), commands), atol=1e-12)
     assert np.abs(changed[:, 4:7] - plain[:, 4:7]).max() > 1e-5
 
 
 def test_craft_of_one_batch_have_modes_of_their_own():
-    scenario = flexible_craft(random_appendages(3), displacement=(0.1, 0.1, 0.1), physics_step=0.01)
+    scenario = flexible_scenario(random_appendages(3), displacement=(0.1, 0.1, 0.1), physics_step=0.01)
     scenario = scenario.replace(appendage_uncertainty=AppendageUncertainty(frequency=(0.8, 1.2)))
     simulator = Simulator(scenario, 20)
     simulator.reset(scenario.draw(0, 20))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from helpers.flexible_craft import random_appendages
+from helpers.flexible_spacecraft import random_appendages
 from helpers.fuzzy_laws import FixedTime, FlexibleCraft, Integral, Law, firing
 from helpers.laws import Craft, relative, rotation
 from hypothesis import given, settings

@@ -5,7 +5,7 @@ from importlib import resources
 
 import numpy as np
 import pytest
-from helpers.flexible_craft import li_spacecraft, random_appendages
+from helpers.flexible_spacecraft import li_spacecraft, random_appendages
 from helpers.fuzzy_laws import CORNERS, FlexibleCraft, ReferenceObserver, firing
 from helpers.observed import seen
 from scipy.integrate import solve_ivp

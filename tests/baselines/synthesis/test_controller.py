@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from helpers.flexible_craft import INERTIA, PYRAMID, li_spacecraft, random_appendages
+from helpers.flexible_spacecraft import INERTIA, PYRAMID, li_spacecraft, random_appendages
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

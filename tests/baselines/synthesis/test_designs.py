@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.flexible_craft import INERTIA, PYRAMID, li_spacecraft, random_appendages
+from helpers.flexible_spacecraft import INERTIA, PYRAMID, li_spacecraft, random_appendages
 
 from ftac_gym import scenarios
 from ftac_gym.baselines import synthesis

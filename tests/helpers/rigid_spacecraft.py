@@ -1,4 +1,4 @@
-"""A craft under a known command, integrated by SciPy from the equations of its paper and compared with the plant."""
+"""A rigid spacecraft under known commands: flown by the plant, and integrated by SciPy from equations of a paper."""
 
 from itertools import pairwise
 
@@ -22,8 +22,8 @@ def flown(scenario, commands):
 def integrated(start, commands, period, inertia, wheels, external):
     """States (T + 1, 7) of J(t) w' = -w x J(t) w + D tau + d.
 
-    ``inertia(t)``, ``wheels(t, command, probe)`` (the torque on the body) and ``external(t, w)`` are the paper's;
-    ``probe`` is a time within the period and decides which faults act.
+    The functions are the paper's: ``inertia(t)``, ``wheels(t, command, probe)``, the torque on the body, and
+    ``external(t, w)``. ``probe`` is a time within the period and decides which faults act.
     """
 
     def derivative(time, state, command, probe):
@@ -33,8 +33,14 @@ def integrated(start, commands, period, inertia, wheels, external):
         turn = 0.5 * np.append(-q[1:] @ w, q[0] * w + np.cross(q[1:], w))
         return np.append(turn, np.linalg.solve(matrix, torque))
 
+    return integrate(derivative, start, commands, period, rtol=1e-11, atol=1e-12)
+
+
+def integrate(derivative, start, commands, period, **tolerances):
+    """Return the states (T + 1, .) of ``derivative(time, state, command, probe)``, integrated period by period."""
     states = [np.array(start)]
     for (begin, end), command in zip(pairwise(np.arange(len(commands) + 1) * period), commands, strict=True):
-        options = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-12, "args": (command, 0.5 * (begin + end))}
-        states.append(solve_ivp(derivative, (begin, end), states[-1], **options).y[:, -1])
+        arguments = (command, 0.5 * (begin + end))
+        solution = solve_ivp(derivative, (begin, end), states[-1], "DOP853", args=arguments, **tolerances)
+        states.append(solution.y[:, -1])
     return np.array(states)

@@ -1,9 +1,7 @@
-"""Flexible craft for tests: random appendages, and an independent integration of the full coupled equations."""
-
-from itertools import pairwise
+"""Flexible spacecraft: random appendages, and an independent integration of the full coupled equations."""
 
 import numpy as np
-from scipy.integrate import solve_ivp
+from helpers.rigid_spacecraft import integrate
 
 from ftac_gym.dynamics import Simulator
 from ftac_gym.spacecraft.appendages import FlexibleAppendages
@@ -31,10 +29,10 @@ def random_appendages(count, seed=0, share=0.4, frequencies=(0.5, 4.0), damping=
     )
 
 
-def flexible_craft(
+def flexible_scenario(
     appendages, rate=RATE, momentum=0.0, coupling=True, displacement=None, swing=None, inertia=INERTIA, **parts
 ):
-    """Return a scenario of a flexible craft with four wheels; ``appendages=None`` is the rigid one."""
+    """Return a scenario of a flexible spacecraft with four wheels; ``appendages=None`` is the rigid one."""
     start = InitialState.fixed(QUATERNION, rate, momentum).__dict__
     if displacement is not None:
         start = {**start, "modal_displacement": tuple(displacement)}
@@ -72,15 +70,11 @@ def started(scenario, count=1):
     return simulator
 
 
-def state_vector(simulator, craft=0):
-    """Return [q, w, h, eta, eta'] of one craft."""
+def state_vector(simulator, index=0):
+    """Return [q, w, h, eta, eta'] of one spacecraft."""
     state = simulator.state
-    return np.concatenate(
-        [
-            state.attitude[craft], state.rate[craft], state.wheel_momentum[craft],
-            state.modal_displacement[craft], state.modal_rate[craft],
-        ]
-    )  # fmt: skip
+    parts = (state.attitude, state.rate, state.wheel_momentum, state.modal_displacement, state.modal_rate)
+    return np.concatenate([part[index] for part in parts])
 
 
 def flown(scenario, commands):
@@ -96,14 +90,14 @@ def flown(scenario, commands):
 def integrated(start, commands, period, appendages, axes, coupled, inertia=None, inertia_rate=None, external=None):
     """State vectors (T + 1, .) of the equations as they are printed, by SciPy.
 
-    The accelerations come from the mass matrix [[J, delta'], [delta, I]]; the plant knows neither it nor them.
+    The accelerations come from the mass matrix [[J, delta'], [delta, I]]; the plant uses neither it nor them.
     ``inertia(t)``, ``inertia_rate(t)`` and ``external(t, w)`` are functions; wheels are ideal.
     """
     delta, wheels, modes = np.array(appendages.coupling), axes.shape[1], appendages.count
     frequency = np.array(appendages.frequencies)
     stiffness, damping = frequency**2, 2.0 * np.array(appendages.damping_ratios) * frequency
 
-    def derivative(time, state, command):
+    def derivative(time, state, command, _):
         q, w, h = state[:4], state[4:7], state[7 : 7 + wheels]
         eta, swing = state[7 + wheels : 7 + wheels + modes], state[7 + wheels + modes :]
         matrix = INERTIA if inertia is None else inertia(time)
@@ -118,8 +112,4 @@ def integrated(start, commands, period, appendages, axes, coupled, inertia=None,
         turn = 0.5 * np.append(-q[1:] @ w, q[0] * w + np.cross(q[1:], w))
         return np.concatenate([turn, acceleration[:3], -command, swing, acceleration[3:]])
 
-    states = [np.array(start)]
-    for (begin, end), command in zip(pairwise(np.arange(len(commands) + 1) * period), commands, strict=True):
-        options = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-15}
-        states.append(solve_ivp(derivative, (begin, end), states[-1], args=(command,), **options).y[:, -1])
-    return np.array(states)
+    return integrate(derivative, start, commands, period, rtol=1e-13, atol=1e-15)
