@@ -1,57 +1,127 @@
-"""Tune the gains of a baseline for the agents' objective, with CMA-ES; needs the ``train`` extra.
+"""Tuning of a baseline's gains for the agents' objective with CMA-ES; needs the ``train`` extra.
 
-A study lies in a folder and goes on where it stopped. CMA-ES is asked for a whole generation, which is flown, by one
-process or by many, before the next. Every trial is asked of a new sampler, whose state comes from the study alone: the
-gains do not depend on the number of workers, nor on when and how often the study was killed, as long as the versions of
-Optuna, cmaes and this package stay. One process at a time may run a study.
+A study is a folder with a journal and continues where it stopped. CMA-ES is asked for a whole generation, which one
+process or several fly, before the next. A resumed study asks again for the gains in the journal and flies the rest.
+The gains therefore depend neither on the number of workers nor on interruptions, for fixed versions of cmaes and of
+this package.
 """
 
 from __future__ import annotations
 
 import json
-import logging
 import math
 import os
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from contextlib import nullcontext
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from importlib.metadata import version
 from multiprocessing import get_context, parent_process
 from pathlib import Path
 from typing import Any
 
-import optuna
-from optuna.storages import JournalStorage
-from optuna.storages.journal import JournalFileBackend, JournalFileSymlinkLock
-from optuna.trial import Trial, TrialState
+import numpy as np
+from cmaes import CMA
 
 import ftac_gym
 from ftac_gym.baselines import tuned
 from ftac_gym.evaluation.tuning_objective import FAILED, Search, mean_return
 from ftac_gym.utils.parameters import require
 
-JOURNAL = "study.journal"
+JOURNAL = "trials.jsonl"
 """File of a study in its folder."""
-STALE = 5
-"""Age at which a lock is taken for that of a killed process [s]; writing a trial takes milliseconds."""
-_STUDY = "gains"
+SPREAD = 1.0 / 6.0
+"""Initial standard deviation of CMA-ES, as a share of each range; its initial mean is the middle."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Gains that were flown, and their mean return; :data:`FAILED` if they could not be flown."""
+
+    gains: dict[str, Any]
+    mean_return: float
+
+
+class Study:
+    """Finished trials of a search in a folder, as JSON lines: the setting, then one line for each trial.
+
+    Parameters
+    ----------
+    search
+        Subject of the study.
+    folder
+        Its folder; a new one is created.
+
+    Attributes
+    ----------
+    trials
+        Finished trials in their order.
+
+    Raises
+    ------
+    ValueError
+        If the study in the folder has another setting, which the message names, or its journal is damaged.
+    """
+
+    def __init__(self, search: Search, folder: Path) -> None:
+        self._path = folder / JOURNAL
+        folder.mkdir(parents=True, exist_ok=True)
+        self._path.touch()
+        # A process that was killed may have left the last line incomplete: its trial is flown again.
+        *lines, torn = self._path.read_bytes().split(b"\n")
+        self._size = sum(len(line) + 1 for line in lines)
+        now = json.loads(json.dumps(search.setting))
+        try:
+            records = json.loads(b"[" + b",\n".join(lines) + b"]")
+            then = dict(records[0]) if records else now
+            self.trials = [Trial(**record) for record in records[1:]]
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"folder must hold a journal of trials in JSON lines, got {self._path}: {error}") from None
+        different = [
+            name if isinstance(value, dict) or name == "scenario" else f"{name} ({then.get(name)!r}, now {value!r})"
+            for name, value in now.items()
+            if then.get(name) != value
+        ]
+        rule = f"must hold a study of the same setting; this one differs in {', '.join(different)}"
+        require(not different, "folder", rule, str(folder))
+        if torn:
+            os.truncate(self._path, self._size)
+        if not records:
+            self._write(now)
+
+    def add(self, trial: Trial) -> None:
+        """Append a finished trial.
+
+        Raises
+        ------
+        ValueError
+            If another process has written to the journal.
+        """
+        self._write(asdict(trial))
+        self.trials.append(trial)
+
+    def _write(self, record: Mapping[str, Any]) -> None:
+        line = json.dumps(record).encode() + b"\n"
+        rule = "must be used by one process at a time; another one has written to its journal"
+        require(self._path.stat().st_size == self._size, "folder", rule, str(self._path.parent))
+        with self._path.open("ab") as file:
+            self._size += file.write(line)
 
 
 @dataclass(frozen=True)
 class Result:
-    """What a study found.
+    """Outcome of a study.
 
     Attributes
     ----------
     search
-        What was tuned.
+        Subject of the study.
     trials, failed
-        How many gains were flown, and how many of them were refused by the law or gave no finite return.
+        Number of gains that were flown, and of those that the baseline refused or that gave no finite return.
     gains
-        The best.
+        The best gains.
     mean_return
         Their mean return over the feasible episodes of the search.
     """
@@ -61,102 +131,6 @@ class Result:
     failed: int
     gains: dict[str, Any]
     mean_return: float
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Let Optuna speak only of what is wrong."""
-    before = optuna.logging.get_verbosity()
-    optuna.logging.set_verbosity(logging.WARNING)
-    try:
-        yield
-    finally:
-        optuna.logging.set_verbosity(before)
-
-
-def open_study(search: Search, folder: Path) -> optuna.Study:
-    """Return the study in a folder, a new one if there is none.
-
-    Raises
-    ------
-    ValueError
-        If the study there has another setting; the message names what differs.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    with _quiet():
-        # The lock is a link to the journal. It has to be an absolute one: Optuna takes away the lock of a killed
-        # process by the age of what it links to, and waits for ever, busily, for one that leads nowhere.
-        journal = str((folder / JOURNAL).resolve())
-        lock = JournalFileSymlinkLock(journal, grace_period=STALE)
-        storage = JournalStorage(JournalFileBackend(journal, lock))
-        # Optuna's own load_if_exists writes to a study that may be refused.
-        if _STUDY in optuna.get_all_study_names(storage):
-            study = optuna.load_study(study_name=_STUDY, storage=storage)
-        else:
-            study = optuna.create_study(study_name=_STUDY, storage=storage, direction="maximize")
-        # Through JSON, as the study on disk is.
-        now = json.loads(json.dumps(search.setting))
-        then = study.user_attrs.get("setting")
-        if then is None:
-            study.set_user_attr("setting", now)
-            then = now
-        different = [
-            name if isinstance(value, dict) or name == "scenario" else f"{name} ({then.get(name)!r}, now {value!r})"
-            for name, value in now.items()
-            if then.get(name) != value
-        ]
-        rule = f"must hold a study of the same setting; this one differs in {', '.join(different)}"
-        require(not different, "folder", rule, str(folder))
-        if not study.get_trials(deepcopy=False):
-            study.enqueue_trial(search.start())
-    return study
-
-
-def _ask(study: optuna.Study, search: Search, number: int) -> Trial | None:
-    """Return the trial of a number, with its point, or None if it is finished."""
-    # A sampler that has been asked before draws from another place of its random numbers than one that has not.
-    study.sampler = optuna.samplers.CmaEsSampler(seed=search.sampler_seed, popsize=search.population)
-    known = study.get_trials(deepcopy=False)
-    if number < len(known) and known[number].state.is_finished():
-        return None
-    if number < len(known) and known[number].state == TrialState.RUNNING:
-        # A killed study asked for it but did not fly it. What it had not drawn yet is drawn as it would have been.
-        trial = Trial(study, known[number]._trial_id)
-    else:
-        trial = study.ask()
-    for name, item in search.space.items():
-        trial.suggest_float(name, item.low, item.high, log=item.log)
-    return trial
-
-
-def _end_with_parent() -> None:
-    parent = parent_process()
-    assert parent is not None
-    parent.join()
-    os._exit(1)
-
-
-def _watch_parent() -> None:
-    """Let a worker end when the process that it works for is killed: it would wait for work forever."""
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-@contextmanager
-def _mapping(workers: int) -> Iterator[Callable[..., Iterable[float]]]:
-    if workers == 1:
-        yield map
-        return
-    # Spawned, not forked: a fork copies locks that other threads may hold.
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_watch_parent) as pool:
-        yield pool.map
-
-
-def _finished(study: optuna.Study) -> list[optuna.trial.FrozenTrial]:
-    return study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))
-
-
-def _best(study: optuna.Study) -> float:
-    return max((trial.value for trial in _finished(study) if trial.value is not None), default=FAILED)
 
 
 def tune(
@@ -171,11 +145,11 @@ def tune(
     Parameters
     ----------
     search
-        What to tune.
+        Subject of the study.
     folder
-        Where the study lies, or shall lie.
+        Folder of the study.
     trials
-        How many gains are flown in all, those on disk among them. A study that has more stays as it is.
+        Number of gains that are flown in all, those in the journal included. A study with more stays as it is.
     workers
         Processes that fly; they do not change the result.
     progress
@@ -184,43 +158,69 @@ def tune(
     Raises
     ------
     ValueError
-        If a number is not positive, the study on disk has another setting, or none of the gains could be flown.
+        If a number is not positive, the folder holds another study, another process writes to it, or none of the gains
+        could be flown.
     """
     require(trials > 0, "trials", "must be positive", trials)
     require(workers > 0, "workers", "must be positive", workers)
-    study = open_study(search, folder)
-    size = search.population
+    study, size, dimensions = Study(search, folder), search.population, len(search.space)
+    bounds = np.tile([0.0, 1.0], (dimensions, 1))
+    optimizer = CMA(np.full(dimensions, 0.5), SPREAD, bounds, seed=search.sampler_seed, population_size=size)
 
     def report() -> None:
         if progress is not None:
-            progress(len(_finished(study)), _best(study))
+            progress(len(study.trials), max((trial.mean_return for trial in study.trials), default=FAILED))
+
+    def values(gains: list[dict[str, Any]], first: int) -> list[float]:
+        """Return the mean returns of consecutive trials; fly those within the budget that are not in the journal."""
+        stored = study.trials[first : first + len(gains)]
+        same = [trial.gains for trial in stored] == gains[: len(stored)]
+        rule = "must hold the gains that this version of cmaes and of the baseline asks for; tune in a new folder"
+        require(same, "folder", rule, str(folder))
+        missing = gains[len(stored) : max(trials - first, 0)]
+        for item, value in zip(missing, mapping(partial(mean_return, search), missing), strict=True):
+            study.add(Trial(item, value))
+            report()
+        return [trial.mean_return for trial in study.trials[first : first + len(gains)]]
 
     report()
-    with _quiet(), _mapping(min(workers, size)) as mapping:
-        # The first trial is alone: CMA-ES learns the space from it. Then come generations.
-        for first in (0, *range(1, trials, size)):
-            last = first + size if first else 1
-            # Of a generation that the budget cuts, all are asked: a larger budget later flies the same ones.
-            asked = [trial for number in range(first, last) if (trial := _ask(study, search, number)) is not None]
-            flown = [trial for trial in asked if trial.number < trials]
-            values = mapping(partial(mean_return, search), [search.gains_at(trial.params) for trial in flown])
-            for trial, value in zip(flown, values, strict=True):
-                study.tell(trial, value)
-                report()
-    done = _finished(study)
-    best = max(done, key=lambda trial: trial.values[0])
-    failed = sum(trial.values[0] == FAILED for trial in done)
-    require(failed < len(done), "trials", "must have one whose gains can be flown", len(done))
-    return Result(search, len(done), failed, search.gains_at(best.params), best.values[0])
+    # Spawned, not forked: a fork copies locks that other threads may hold.
+    pool = ProcessPoolExecutor(min(workers, size), get_context("spawn"), _watch_parent) if workers > 1 else None
+    with pool or nullcontext():
+        mapping: Any = map if pool is None else pool.map
+        # The first trial is the baseline's own gains; then come generations.
+        values([search.gains_at(search.start())], 0)
+        for first in range(1, trials, size):
+            # A generation is asked for in full even if the budget cuts it: a larger budget later flies the same gains.
+            points = [optimizer.ask() for _ in range(size)]
+            returns = values([search.gains_at(search.point_at(point)) for point in points], first)
+            if len(returns) == size:
+                optimizer.tell([(point, -value) for point, value in zip(points, returns, strict=True)])
+    best = max(study.trials, key=lambda trial: trial.mean_return)
+    failed = sum(trial.mean_return == FAILED for trial in study.trials)
+    require(failed < len(study.trials), "trials", "must have one whose gains can be flown", len(study.trials))
+    return Result(search, len(study.trials), failed, best.gains, best.mean_return)
+
+
+def _watch_parent() -> None:
+    """End a worker when the process that it works for is killed: it would wait for work forever."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
 
 
 def store(result: Result, command: str, commit: str | None, fresh: Mapping[str, float]) -> Path:
-    """Write tuned gains and where they come from into the package, for ``gains="tuned"``; return the file.
+    """Write tuned gains and their provenance into the package, for ``gains="tuned"``; return the file.
 
     Parameters
     ----------
     result
-        What was found.
+        Outcome of the study.
     command
         Command line that finds it again.
     commit
@@ -231,24 +231,20 @@ def store(result: Result, command: str, commit: str | None, fresh: Mapping[str, 
     Raises
     ------
     ValueError
-        If the gains do not give today what the study says: the law has changed since.
+        If the gains do not reproduce the mean return of the study: the baseline has changed since.
     """
     search = result.search
     today = mean_return(search, result.gains)
     same = math.isclose(today, result.mean_return, rel_tol=1e-6, abs_tol=1e-9)
-    rule = f"must be what the gains still give, {today!r}: the law has changed since the study; tune it in a new folder"
+    rule = f"must be what the gains still give, {today!r}: the baseline has changed; tune it in a new folder"
     require(same, "mean_return", rule, result.mean_return)
     provenance = {
         "command": command,
         "commit": commit,
         "ftac_gym": ftac_gym.__version__,
-        "sampler": f"optuna {version('optuna')}, CmaEsSampler of cmaes {version('cmaes')}",
-        "sampler_seed": search.sampler_seed,
-        "population": search.population,
-        "baseline": search.baseline,
+        "sampler": f"CMA of cmaes {version('cmaes')}",
+        **search.setting,
         "scenario": search.scenario.name,
-        "seed": search.seed,
-        "episodes": search.episodes,
         "trials": result.trials,
         "mean_return": result.mean_return,
         "fresh_seed": search.seed + 1,

@@ -1,4 +1,4 @@
-"""What a tuner searches: the gains of a baseline, and how good they are for the agents' objective."""
+"""Objective of the tuner: the agents' mean return, over the gains of a baseline."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from ftac_gym.evaluation.rollout import BaselineContestant, rollout
 from ftac_gym.scenarios import frozen
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import require
+from ftac_gym.utils.parameters import FloatArray, require
 
 DIGITS = 4
 """Significant digits of the gains that are flown and stored."""
 FAILED = -math.inf
-"""Mean return of gains that the law refuses or that blow up: CMA-ES only ranks, so this is no more than "last"."""
+"""Mean return of gains that the baseline refuses or that blow up. CMA-ES only ranks, so it means "last"."""
 
 
 @dataclass(frozen=True)
 class Search:
-    """What is tuned, and on what.
+    """A baseline to tune, with the episodes to tune it on.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ class Search:
 
     @property
     def space(self) -> SearchSpace:
-        """Where the gains may lie."""
+        """Ranges of the gains."""
         return baselines.search_space(self.baseline)
 
     @property
@@ -79,31 +79,29 @@ class Search:
 
     @property
     def setting(self) -> dict[str, Any]:
-        """All that a study must have in common with the one that it goes on with."""
-        return {
-            "baseline": self.baseline,
-            "scenario": self.scenario.to_json(),
-            "episodes": self.episodes,
-            "seed": self.seed,
-            "sampler_seed": self.sampler_seed,
-            "population": self.population,
-            "space": {name: [item.low, item.high, item.log] for name, item in self.space.items()},
-        }
+        """Settings that must be the same when a study is resumed."""
+        space = {name: [item.low, item.high, item.log] for name, item in self.space.items()}
+        return {**vars(self), "scenario": self.scenario.to_json(), "population": self.population, "space": space}
 
     def gains_at(self, point: Mapping[str, float]) -> dict[str, Any]:
-        """Return the gains at a point of the space, rounded: what is flown is what is stored."""
+        """Return the gains at a point of the space, rounded: the same numbers are flown and stored."""
         gains: dict[str, Any] = _rounded(baselines.baseline_class(self.baseline).gains_at(point))
         return gains
 
-    def start(self) -> dict[str, float]:
-        """Return where to begin: at the law's own gains; amid the range of a gain that they leave open or out of it."""
-        known = baselines.baseline_class(self.baseline).point_of(baselines.defaults(self.baseline))
+    def point_at(self, shares: FloatArray) -> dict[str, float]:
+        """Return the point of the space at shares (k,) of its ranges, within [0, 1]."""
         point = {}
-        for name, item in self.space.items():
-            middle = math.sqrt(item.low * item.high) if item.log else 0.5 * (item.low + item.high)
-            value = known.get(name, middle)
-            point[name] = value if item.low <= value <= item.high else middle
+        for (name, item), share in zip(self.space.items(), shares.tolist(), strict=True):
+            linear = item.low + share * (item.high - item.low)
+            point[name] = item.low * (item.high / item.low) ** share if item.log else linear
         return point
+
+    def start(self) -> dict[str, float]:
+        """Return the baseline's own gains as a point; a gain outside its range, or without a default, in the middle."""
+        point = self.point_at(np.full(len(self.space), 0.5))
+        known = baselines.baseline_class(self.baseline).point_of(baselines.defaults(self.baseline))
+        inside = {name for name, item in self.space.items() if item.low <= known.get(name, math.nan) <= item.high}
+        return {name: known[name] if name in inside else middle for name, middle in point.items()}
 
 
 def _rounded(value: Any) -> Any:
@@ -122,7 +120,7 @@ def _drawn(scenario: str, seed: int, count: int) -> Episodes:
 def fly(search: Search, gains: Mapping[str, Any], seed: int | None = None) -> Metrics:
     """Return the metrics of gains over the feasible episodes of a seed, the search's own by default.
 
-    No gains are the law's own.
+    Empty gains are the baseline's own.
     """
     episodes = _drawn(search.scenario.to_json(), search.seed if seed is None else seed, search.episodes)
     history = rollout(search.scenario, BaselineContestant(search.baseline, **gains), episodes)
@@ -132,7 +130,7 @@ def fly(search: Search, gains: Mapping[str, Any], seed: int | None = None) -> Me
 def mean_return(search: Search, gains: Mapping[str, Any]) -> float:
     """Return the mean return of gains over the feasible episodes; :data:`FAILED` if they cannot be flown."""
     try:
-        # Gains far from any good ones may overflow: that is an answer, not an accident.
+        # Extreme gains may overflow: that is a valid result of a trial.
         with np.errstate(all="ignore"):
             value = float(fly(search, gains)["return"].mean())
     except (ValueError, ArithmeticError):

@@ -1,10 +1,8 @@
-"""Frames to a file."""
+"""Films: frames written to a file by imageio."""
 
 from __future__ import annotations
 
-from collections.abc import Generator
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
@@ -22,11 +20,16 @@ class Film:
     Parameters
     ----------
     path
-        Where to: ``.mp4`` (H.264) or ``.gif``. Folders are made.
+        File to write, ``.mp4`` (H.264) or ``.gif``; missing folders are created.
     width, height
-        Of a frame [pixels]; even numbers.
+        Size of a frame [pixels]; even numbers.
     frames_per_second
-        [1/s].
+        Frame rate [1/s].
+
+    Attributes
+    ----------
+    frames
+        Number of frames so far.
 
     Raises
     ------
@@ -41,25 +44,16 @@ class Film:
         require(self.path.suffix in SUFFIXES, "film", f"must end in one of {list(SUFFIXES)}", str(path))
         even = width % 2 == 0 and height % 2 == 0
         require(even, "width and height", "must be even numbers: H.264 has no others", (width, height))
-        self.size = (width, height)
-        self.frames_per_second = frames_per_second
-        self.frames = 0
-        """How many have been added."""
+        self._shape, self.frames = (height, width, 3), 0
+        options: dict[str, Any] = {"fps": frames_per_second, "codec": "libx264", "quality": 8, "macro_block_size": 2}
+        if self.path.suffix == ".gif":
+            # 64 colours are enough for the flat shading of the view.
+            options = {"duration": round(1000.0 / frames_per_second), "loop": 0, "bits": 6, "optimize": True}
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        self._pictures: list[Any] = []
-        self._writer: Generator[None, Any, None] | None = None
         try:
-            if self.path.suffix == ".mp4":
-                import imageio_ffmpeg
+            from imageio.v2 import get_writer
 
-                self._writer = imageio_ffmpeg.write_frames(
-                    str(self.path), self.size, fps=frames_per_second, codec="libx264", quality=8, macro_block_size=2
-                )
-                self._writer.send(None)
-            else:
-                from PIL import Image
-
-                self._image = Image
+            self._writer = get_writer(self.path, **options)
         except ImportError as error:
             text = 'a film needs the extra "render": pip install "ftac-gym[render]"'
             raise DependencyNotInstalled(text) from error
@@ -72,32 +66,18 @@ class Film:
         ValueError
             If it has another size.
         """
-        wanted = (self.size[1], self.size[0], 3)
-        require(frame.shape == wanted, "frame", f"must have shape {wanted}", frame.shape)
-        if self._writer is not None:
-            self._writer.send(np.ascontiguousarray(frame))
-        else:
-            picture = self._image.fromarray(frame)
-            self._pictures.append(picture.quantize(colors=64, dither=self._image.Dither.NONE))
+        require(frame.shape == self._shape, "frame", f"must have shape {self._shape}", frame.shape)
+        self._writer.append_data(frame)
         self.frames += 1
 
     def close(self) -> None:
         """Finish the file; a second call does nothing."""
-        if self._writer is not None:
-            self._writer.close()
-            self._writer = None
-        if self._pictures:
-            first, *others = self._pictures
-            duration = round(1000.0 / self.frames_per_second)
-            first.save(self.path, save_all=True, append_images=others, duration=duration, loop=0, optimize=True)
-            self._pictures = []
+        self._writer.close()
 
     def __enter__(self) -> Self:
         """Return the film."""
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Finish the file."""
         self.close()

@@ -1,37 +1,22 @@
-"""The tuning script, end to end and tiny, and evaluations with the gains that it stores."""
+"""The tuning script, end to end and tiny."""
 
-import importlib.util
 import json
 import os
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
 import pytest
-from matplotlib.figure import Figure
+from helpers.scripts import SCRIPTS, command, module_of
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.baselines import tuned
-from ftac_gym.evaluation.tuning import JOURNAL, open_study
+from ftac_gym.evaluation.tuning import JOURNAL, Study
 from ftac_gym.evaluation.tuning_objective import Search, fly
+from ftac_gym.utils.console import commit
 
-SCRIPTS = Path(__file__).parents[2] / "train"
 FEW = ("--baseline", "pd", "--episodes", "2")
-
-
-def command(*arguments):
-    return [sys.executable, str(SCRIPTS / "tune.py"), *map(str, arguments)]
-
-
-def module_of(script):
-    """Import a script without running it."""
-    spec = importlib.util.spec_from_file_location(f"script_{script}", SCRIPTS / f"{script}.py")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.fixture
@@ -43,31 +28,22 @@ def stored(tmp_path, monkeypatch):
     return folder
 
 
-def write(folder, name, trials=7, **gains):
-    provenance = {"trials": trials, "scenario": "flagship"}
-    (folder / f"{name}.json").write_text(json.dumps({"gains": gains, "provenance": provenance}))
-
-
 def finished(journal):
     """Return how many trials are finished, as a reader of the file sees it."""
-    lines = journal.read_text().splitlines() if journal.exists() else []
-    return sum('"state":1' in line for line in lines)
+    return journal.read_bytes().count(b'"mean_return"') if journal.exists() else 0
 
 
 def alive(process):
-    """Whether a process runs; one that has ended and that nobody has asked for does not."""
+    """Return whether a process runs; one that has ended but has not been waited for does not."""
     try:
         return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except OSError:
         return False
 
 
-# ---------------------------------------------------------------------------------------------------------------- tune
-
-
 def test_a_killed_search_goes_on_and_keeps_its_trials(tmp_path, capsys):
     folder = tmp_path / "runs" / "tuning" / "pd"  # where it lies if nothing is said
-    process = subprocess.Popen(command(*FEW, "--trials", 10_000), cwd=tmp_path, stderr=subprocess.DEVNULL)
+    process = subprocess.Popen(command("tune.py", *FEW, "--trials", 10_000), cwd=tmp_path, stderr=subprocess.DEVNULL)
     try:
         deadline = time.monotonic() + 60.0
         while finished(folder / JOURNAL) < 2:
@@ -91,10 +67,10 @@ def test_a_killed_search_goes_on_and_keeps_its_trials(tmp_path, capsys):
     # The default number of workers made the first ones, one worker the rest.
     assert finished(folder / JOURNAL) == budget
     search = Search("pd", scenarios.get("flagship"), episodes=2)
-    trials = [item for item in open_study(search, folder).get_trials() if item.state.is_finished()]
-    assert [item.number for item in trials] == list(range(budget))
-    best = search.gains_at(max(trials, key=lambda item: item.value).params)
-    assert f"gains: {json.dumps(best)}" in printed.out
+    trials = Study(search, folder).trials
+    assert len(trials) == budget
+    best = max(trials, key=lambda trial: trial.mean_return)
+    assert f"gains: {json.dumps(best.gains)}" in printed.out
 
 
 def test_it_stores_what_it_finds(stored, tmp_path, capsys, monkeypatch):
@@ -108,7 +84,7 @@ def test_it_stores_what_it_finds(stored, tmp_path, capsys, monkeypatch):
     assert baselines.make("pd", scenarios.get("flagship"), gains="tuned")._rate_gain == gains["rate_gain"]
     assert f"gains: {json.dumps(gains)}" in printed and "default on fresh episodes: success" in printed
     assert provenance["command"] == "python train/tune.py --baseline pd --trials 2 --episodes 2 --store"
-    assert provenance["trials"] == 2 and provenance["commit"] == script.commit()
+    assert provenance["trials"] == 2 and provenance["commit"] == commit(SCRIPTS)
     metrics = fly(search, gains, 800_001)
     assert provenance["fresh_mean_return"].keys() == {"tuned", "default"}
     assert provenance["fresh_mean_return"]["tuned"] == pytest.approx(metrics["return"].mean())
@@ -133,19 +109,18 @@ def test_the_command_finds_the_same_gains():
 
 
 def test_the_commit_is_none_outside_a_checkout(monkeypatch):
-    script = module_of("tune")
 
     def missing(*arguments, **options):
         raise FileNotFoundError("git")
 
     monkeypatch.setattr(subprocess, "run", missing)
-    assert script.commit() is None
+    assert commit(SCRIPTS) is None
 
 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"baseline": "nobody"}, "--baseline must be one of .*'pd'.*, got 'nobody'"),
+        ({"baseline": "unknown"}, "--baseline must be one of .*'pd'.*, got 'unknown'"),
         ({"scenario": "nowhere"}, "--scenario must be one of .*'flagship'.*, got 'nowhere'"),
         ({"trials": 0}, "--trials must be positive, got 0"),
         ({"workers": 0}, "--workers must be positive, got 0"),
@@ -162,72 +137,6 @@ def test_tune_refuses_before_any_work(changes, message, tmp_path):
 
 def test_tune_refuses_a_study_of_another_setting(tmp_path):
     script = module_of("tune")
-    open_study(Search("pd", scenarios.get("flagship"), episodes=2), tmp_path)
+    Study(Search("pd", scenarios.get("flagship"), episodes=2), tmp_path)
     with pytest.raises(SystemExit, match=r"--folder must hold a study of the same setting.*episodes \(2, now 3\)"):
         script.main(script.Config("pd", episodes=3, folder=tmp_path))
-
-
-# ------------------------------------------------------------------------------------------------------------ evaluate
-
-
-def test_evaluate_with_tuned_gains(stored, tmp_path, capsys, monkeypatch):
-    evaluation = module_of("evaluate")
-    judged = []
-    # The gallery flies every kind of fault, which is long; that it can is tested elsewhere.
-    monkeypatch.setattr(evaluation, "fault_gallery", lambda scenario, policy: judged.append(policy) or Figure())
-    write(stored, "pd", rate_gain=3.0, position_gain=1.0)
-    write(stored, "pd_dob", bandwidth=1.0)
-    output = tmp_path / "results"
-    arguments = {
-        "policies": ("pd", "pd_dob"), "reference": "pd", "splits": (), "episodes": 1, "output": output, "detail": 0
-    }  # fmt: skip
-    evaluation.main(evaluation.Config(**arguments, gains="tuned"))
-    line = "gains of the baselines: pd tuned by 7 trials on flagship, pd_dob tuned by 7 trials on flagship"
-    assert line in " ".join(capsys.readouterr().out.split())
-    folder = output / "tuned" / "flagship"
-    report = (folder / "report.md").read_text()
-    assert line in report and [policy.fingerprint for policy in judged] == [
-        '["pd", {"position_gain": 1.0, "rate_gain": 3.0}]'
-    ]
-    assert {item.name for item in folder.iterdir()} == {
-        "report.md", "episodes.csv", "summary.csv", "error_bands.png", "episode.png", "fault_kinds.png"
-    }  # fmt: skip
-    batches = output / "flagship" / "batches"
-    assert [item.name for item in (output / "flagship").iterdir()] == ["batches"] and len(list(batches.iterdir())) == 2
-    # Default gains fly anew and lie elsewhere; so do gains that are tuned again, but only those.
-    run = evaluation.run
-    console = evaluation.Console(quiet=True)
-    default = evaluation.Config(**arguments)
-    drawn = {"flagship": evaluation.draw(default, "flagship")}
-    assert evaluation.gains_used(default) == "gains of the baselines: pd default, pd_dob default"
-    assert default.reports == output
-    results = [run(default, evaluation.contestants(default), drawn, console)]
-    assert len(list(batches.iterdir())) == 4
-    write(stored, "pd", rate_gain=3.5, position_gain=1.0)
-    anew = evaluation.Config(**arguments, gains="tuned")
-    results.append(run(anew, evaluation.contestants(anew), drawn, console))
-    assert len(list(batches.iterdir())) == 5
-    returns = [[float(item.metrics["return"][0]) for item in result["flagship"]] for result in results]
-    assert returns[0][0] != returns[1][0] and returns[0][1] != returns[1][1]
-    assert (folder / "report.md").read_text() == report
-
-
-def test_evaluate_refuses_gains_that_are_not_there(stored, tmp_path):
-    evaluation = module_of("evaluate")
-    write(stored, "pd", rate_gain=3.0)
-    config = evaluation.Config(policies=("agent", "pd", "pd_dob"), gains="tuned", output=tmp_path / "results")
-    with pytest.raises(
-        SystemExit, match=r"--gains: gains must be tuned first: .*pd_dob --store.*\['pd'\], got 'pd_dob'"
-    ):
-        evaluation.main(config)
-    assert not (tmp_path / "results").exists()
-
-
-def test_agents_keep_the_gains_of_their_base(stored):
-    evaluation = module_of("evaluate")
-    write(stored, "pd_dob", bandwidth=1.0)
-    flown = evaluation.contestants(evaluation.Config(policies=("agent", "pd_dob"), gains="tuned"))
-    assert flown["agent"].endswith("flagship_residual/seed_0")
-    assert flown["pd_dob"].fingerprint == '["pd_dob", {"bandwidth": 1.0}]'
-    alone = evaluation.Config(policies=("agent",), gains="tuned")
-    assert evaluation.gains_used(alone) == "gains of the baselines: none among the policies"

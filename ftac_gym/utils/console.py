@@ -1,0 +1,82 @@
+"""Pieces that the command-line scripts share: errors, provenance and tables; needs the ``train`` extra."""
+
+from __future__ import annotations
+
+import dataclasses
+import shlex
+import subprocess
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+
+@contextmanager
+def exit_on(*errors: type[Exception], prefix: str = "--") -> Iterator[None]:
+    """End the program with the message of an error, after a prefix, instead of a traceback."""
+    try:
+        yield
+    except errors as error:
+        raise SystemExit(f"{prefix}{error}") from None
+
+
+def command_line(script: str, config: Any, always: Sequence[str] = (), never: Sequence[str] = ()) -> str:
+    """Return the command line that makes a configuration, a dataclass.
+
+    Parameters
+    ----------
+    script
+        Path of the script.
+    config
+        The configuration; fields at their defaults are left out.
+    always, never
+        Fields that are stated, or left out, whatever their value.
+    """
+    words, default = ["python", script], type(config)()
+    for item in dataclasses.fields(config):
+        value = getattr(config, item.name)
+        if item.name in never or (value == getattr(default, item.name) and item.name not in always):
+            continue
+        words.append("--" + item.name.replace("_", "-"))
+        if not isinstance(value, bool):
+            words += map(str, value) if isinstance(value, tuple) else [str(value)]
+    return shlex.join(words)
+
+
+def commit(folder: Path) -> str | None:
+    """Return the git commit of a checkout's folder, with "-dirty" if its code has changed; None outside a checkout."""
+
+    def git(*words: str) -> str:
+        return subprocess.run(["git", *words], capture_output=True, text=True, check=True, cwd=folder).stdout.strip()
+
+    code = (":(top)ftac_gym", ":(top)train", ":(top,exclude)ftac_gym/baselines/tuned_gains")
+    try:
+        return git("rev-parse", "HEAD") + ("-dirty" if git("status", "--porcelain", "--", *code) else "")
+    except (OSError, subprocess.CalledProcessError):
+        return None
+
+
+def show_table(console: Console, cells: Sequence[Sequence[str]], title: str, lines: bool = False) -> None:
+    """Print a table.
+
+    Parameters
+    ----------
+    console
+        Output.
+    cells
+        Rows of text, the headings first.
+    title
+        Text above the table.
+    lines
+        Whether to draw a line between rows.
+    """
+    table = Table(title=title, title_justify="left", show_lines=lines)
+    for index, heading in enumerate(cells[0]):
+        table.add_column(escape(heading), no_wrap=index == 0, overflow="fold")
+    for row in cells[1:]:
+        table.add_row(*(escape(cell) for cell in row))
+    console.print(table)

@@ -1,0 +1,63 @@
+"""Tuned gains as data with their provenance."""
+
+import json
+
+import numpy as np
+import pytest
+from helpers.tuning_cases import SEARCH, TINY
+
+from ftac_gym import baselines
+from ftac_gym.baselines import tuned
+from ftac_gym.baselines.controllers.pd import PD
+from ftac_gym.evaluation import BaselineContestant, rollout, tuning
+from ftac_gym.evaluation.tuning import store, tune
+
+
+def test_stored_gains_are_data_with_their_provenance(tmp_path, monkeypatch):
+    monkeypatch.setattr(tuning, "mean_return", lambda task, gains: -abs(gains["rate_gain"] - 6.0))
+    monkeypatch.setattr(tuned, "FOLDER", tmp_path / "tuned_gains")
+    result = tune(SEARCH, tmp_path / "study", 4)
+    path = store(result, "python train/tune.py", "abc", {"tuned": 1.5, "default": 1.0})
+    assert path == tmp_path / "tuned_gains" / "pd.json" and [path] == list(path.parent.iterdir())
+    assert tuned.names() == ["pd"] and tuned.gains("pd") == result.gains
+    provenance = tuned.record("pd")["provenance"]
+    assert provenance.items() >= {
+        "command": "python train/tune.py", "commit": "abc", "baseline": "pd", "scenario": "flagship", "seed": 800_000,
+        "episodes": 5, "trials": 4, "mean_return": result.mean_return, "fresh_seed": 800_001,
+        "fresh_mean_return": {"tuned": 1.5, "default": 1.0},
+    }.items()  # fmt: skip
+    assert "cmaes" in provenance["sampler"] and str(tmp_path) not in path.read_text()
+    baseline = baselines.make("pd", TINY, gains="tuned")
+    assert baseline._rate_gain == result.gains["rate_gain"]
+    explicit = rollout(TINY, BaselineContestant("pd", **result.gains), seed=1, count=2)
+    named = rollout(TINY, BaselineContestant("pd", gains="tuned"), seed=1, count=2)
+    np.testing.assert_array_equal(named.command, explicit.command)
+    assert (named.command != rollout(TINY, "pd", seed=1, count=2).command).any()
+
+
+def test_the_fingerprint_of_tuned_gains_is_what_they_are(tmp_path, monkeypatch):
+    monkeypatch.setattr(tuned, "FOLDER", tmp_path)
+
+    def fingerprint(gains, **changes):
+        (tmp_path / "pd.json").write_text(json.dumps({"gains": gains, "provenance": {}}))
+        return BaselineContestant("pd", "tuned", **changes).fingerprint
+
+    first, second = fingerprint({"rate_gain": 6.0}), fingerprint({"rate_gain": 6.5})
+    assert len({first, second, BaselineContestant("pd").fingerprint}) == 3
+    assert first == BaselineContestant("pd", rate_gain=6.0).fingerprint
+    assert fingerprint({"rate_gain": 6.0}, rate_gain=6.5) == second
+    # The gains that it flies are those of its fingerprint, even if they are tuned anew in between.
+    contestant = BaselineContestant("pd", "tuned")
+    expected = rollout(TINY, contestant, seed=0, count=1).command
+    fingerprint({"rate_gain": 2.0})
+    np.testing.assert_array_equal(rollout(TINY, contestant, seed=0, count=1).command, expected)
+
+
+def test_gains_that_are_not_there(tmp_path, monkeypatch):
+    monkeypatch.setattr(tuned, "FOLDER", tmp_path)
+    with pytest.raises(ValueError, match=r"gains must be tuned first: .*--baseline pd --store.*got 'pd'"):
+        BaselineContestant("pd", gains="tuned")
+    with pytest.raises(ValueError, match=r"gains must be one of \['default', 'tuned'\], got 'best'"):
+        BaselineContestant("pd", gains="best")
+    with pytest.raises(ValueError, match=r"gains must be .default. for a baseline not of this package.*tuned"):
+        BaselineContestant(PD, gains="tuned")

@@ -1,0 +1,94 @@
+"""Objective of the tuner: mean returns, rounding, and checks of a search."""
+
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from helpers.tuning_cases import SEARCH, TINY, DirectPD, SelectivePD, register
+
+from ftac_gym import baselines
+from ftac_gym.baselines import Range
+from ftac_gym.evaluation import BaselineContestant, rollout
+from ftac_gym.evaluation import tuning_objective as objective
+from ftac_gym.evaluation.tuning_objective import FAILED, Search, fly, mean_return
+
+
+@pytest.fixture
+def entries(monkeypatch):
+    """Register the small baselines."""
+    register(monkeypatch)
+
+
+def test_the_objective_is_the_mean_return_of_feasible_episodes():
+    task = Search("pd", TINY, episodes=9, seed=0)
+    history = rollout(TINY, BaselineContestant("pd", rate_gain=6.0), seed=task.seed, count=9)
+    feasible = history.episodes.feasible
+    assert feasible.any() and not feasible.all()
+    assert mean_return(task, {"rate_gain": 6.0}) == pytest.approx(history.metrics()["return"][feasible].mean())
+    assert len(fly(task, {}, seed=3)["return"]) == TINY.draw(3, 9).feasible.sum()
+
+
+@pytest.mark.usefixtures("entries")
+def test_gains_that_cannot_be_flown_are_the_worst():
+    task = Search("selective", TINY, episodes=2)
+    assert mean_return(task, {"braking_share": 1.2}) == FAILED
+    assert mean_return(task, {"rate_gain": 7.5}) == FAILED
+    assert math.isfinite(mean_return(task, {"rate_gain": 6.0}))
+
+
+def test_gains_are_rounded_before_they_fly():
+    point = {"rate_gain": 6.123456, "position_share": 0.5, "braking_share": 0.98765432, "rate_limit": 0.1,
+             "attitude_filter_time": 1.0}  # fmt: skip
+    gains = SEARCH.gains_at(point)
+    assert gains == {"rate_gain": 6.123, "position_gain": 3.062, "braking_share": 0.9877, "rate_limit": 0.1,
+                     "attitude_filter_time": 1.0}  # fmt: skip
+    rounded = objective._rounded({"part": {"gain": (1.23456, 2)}, "kind": "a"})
+    assert rounded == {"part": {"gain": [1.235, 2]}, "kind": "a"}
+
+
+@pytest.mark.usefixtures("entries")
+def test_points_lie_at_shares_of_the_ranges():
+    search = Search("direct", TINY, episodes=2)
+    for share, expected in ((0.0, (0.2, 0.05)), (0.5, (0.6, math.sqrt(0.05 * 0.3))), (1.0, (1.0, 0.3))):
+        assert tuple(search.point_at(np.full(2, share)).values()) == pytest.approx(expected)
+
+
+def test_the_start(entries, monkeypatch):
+    defaults = baselines.defaults("direct")
+    assert Search("direct", TINY, episodes=2).start() == {
+        name: defaults[name] for name in ("braking_share", "rate_limit")
+    }
+    # A share of another gain is no gain of the baseline, but follows from two of them.
+    gains = baselines.defaults(SEARCH.baseline)
+    assert SEARCH.start()["position_share"] == pytest.approx(gains["position_gain"] / gains["rate_gain"])
+    monkeypatch.setattr(DirectPD, "search_space", {**DirectPD.search_space, "rate_limit": Range(0.2, 0.8, log=True)})
+    # A default outside its range: from the middle.
+    assert Search("direct", TINY, episodes=2).start()["rate_limit"] == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"baseline": "unknown"}, "baseline must be one of .*'unknown'"),
+        ({"episodes": 0}, "episodes must be positive, got 0"),
+        ({"seed": 10_000}, "seed and the next must not be of the frozen test episodes.*got 10000"),
+        ({"seed": 11_999}, "seed and the next must not be of the frozen test episodes.*got 11999"),
+        ({"scenario": TINY.replace(duration=1.0)}, "episodes must have a feasible one among them, got 5"),
+    ],
+)
+def test_a_search_is_checked(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        Search(**{"baseline": "pd", "scenario": TINY, "episodes": 5, **arguments})
+
+
+def test_one_gain_is_not_enough(entries, monkeypatch):
+    monkeypatch.setattr(SelectivePD, "search_space", {"rate_gain": Range(4.0, 8.0)})
+    with pytest.raises(ValueError, match="baseline must have at least two gains to search, got 'selective'"):
+        Search("selective", TINY)
+
+
+def test_the_package_does_not_need_cmaes():
+    code = "import sys, ftac_gym.evaluation, ftac_gym.evaluation.tuning_objective; sys.exit('cmaes' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code]).returncode == 0

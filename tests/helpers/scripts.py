@@ -1,0 +1,27 @@
+"""Scripts of ``train/``, as processes and as modules."""
+
+import importlib.util
+import subprocess
+import sys
+from pathlib import Path
+
+SCRIPTS = Path(__file__).parents[2] / "train"
+
+
+def command(script, *arguments):
+    """Return the command line of a script."""
+    return [sys.executable, str(SCRIPTS / script), *map(str, arguments)]
+
+
+def run(script, *arguments, folder):
+    """Run a script to its end in a folder."""
+    return subprocess.run(command(script, *arguments), cwd=folder, capture_output=True, text=True, timeout=120)
+
+
+def module_of(script):
+    """Import a script without running it."""
+    spec = importlib.util.spec_from_file_location(f"script_{script}", SCRIPTS / f"{script}.py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module

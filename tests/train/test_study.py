@@ -1,0 +1,44 @@
+"""The study of what helps a learned policy, on agents that are trained already."""
+
+import shutil
+
+import numpy as np
+import pytest
+from helpers.scripts import module_of
+
+from ftac_gym.agents.shipped import SHIPPED
+from ftac_gym.evaluation import rollout
+from ftac_gym.scenarios import frozen
+
+
+def test_the_study_tabulates_agents_that_are_trained(tmp_path):
+    """With the shipped agents as two seeds of a combination, a third of which is not asked for."""
+    study = module_of("study")
+    for seed in range(3):
+        home = tmp_path / "runs" / "residual_none" / f"seed_{seed}"
+        shutil.copytree(SHIPPED / "flagship_residual" / f"seed_{seed}", home / "agent")
+        (home / "checkpoints" / "0001000000").mkdir(parents=True)
+    study.main(
+        study.Config(
+            seeds=2,
+            workers=1,
+            episodes=4,
+            actions=("residual",),
+            memories=("none",),
+            folder=tmp_path / "runs",
+            output=tmp_path / "study",
+        )
+    )
+    report = (tmp_path / "study" / "report.md").read_text()
+    episodes = frozen.load("flagship", 4)
+    chatter = [
+        rollout("flagship", str(SHIPPED / "flagship_residual" / f"seed_{seed}"), episodes).metrics()["chatter"]
+        for seed in range(2)
+    ]
+    base = rollout("flagship", "pd_dob", episodes).metrics()["chatter"]
+    feasible = episodes.feasible
+    (row,) = [
+        line for line in report.split("Mean paired")[1].splitlines() if line.startswith("| residual | none | 2 |")
+    ]
+    expected = np.mean([item[feasible].mean() for item in chatter]) - base[feasible].mean()
+    assert float(row.split("|")[7].split()[0]) == pytest.approx(expected, rel=5e-3)

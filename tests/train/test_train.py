@@ -1,0 +1,196 @@
+"""Training from the command line: a run, a killed run that resumes, and their agents."""
+
+import csv
+import json
+import os
+import shutil
+import signal
+import subprocess
+import time
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from helpers.scripts import command, module_of, run
+
+from ftac_gym import baselines, scenarios
+from ftac_gym.agents.agent import Agent
+from ftac_gym.evaluation import evaluate, rollout
+from ftac_gym.evaluation.metrics import UNITS
+from ftac_gym.task.objective import RewardWeights
+
+SHORT = scenarios.get("flagship").replace(duration=3.0)
+# 8 spacecraft and rollouts of 32 steps: 256 steps to a rollout.
+TINY = ("--critic-warmup", "0",
+    "--num-envs", "8", "--hyperparameters", "n_steps=32", "batch_size=128", "--checkpoint-every", "512",
+    "--evaluate-every", "100000000", "--torch-threads", "1",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A run that was left alone."""
+    folder = tmp_path_factory.mktemp("whole")
+    arguments = ("--run-folder", "run", "--total-steps", 2048, *TINY, "--evaluate-every", 1024)
+    result = run("train.py", *arguments, "--evaluation-episodes", 2, folder=folder)
+    assert result.returncode == 0, result.stderr
+    assert "is in run/agent" in result.stdout
+    return folder / "run"
+
+
+@pytest.fixture(scope="module")
+def resumed(tmp_path_factory):
+    """A run that was killed after its first checkpoint, and resumed for 512 steps; its folder, and where it stood."""
+    folder = tmp_path_factory.mktemp("resumed")
+    arguments = ("--run-folder", "run", "--wrappers", "--observation", "telemetry", *TINY)
+    process = subprocess.Popen(
+        command("train.py", *arguments, "--total-steps", 100_000_000), cwd=folder,
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    try:
+        deadline = time.monotonic() + 90.0
+        while not list((folder / "run" / "checkpoints").glob("[0-9]" * 10)):
+            assert process.poll() is None and time.monotonic() < deadline
+            time.sleep(0.05)
+    finally:
+        os.kill(process.pid, signal.SIGKILL)
+        process.wait()
+    last = max(int(path.name) for path in (folder / "run" / "checkpoints").glob("[0-9]" * 10))
+    # What a kill in the middle of writing leaves behind must not be mistaken for a checkpoint.
+    (folder / "run" / "checkpoints" / f"{last + 512:010d}.partial").mkdir(exist_ok=True)
+    result = run("train.py", *arguments, "--total-steps", last + 512, "--resume", folder=folder)
+    assert result.returncode == 0, result.stderr
+    return folder / "run", last
+
+
+def files_of(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_a_run_writes_checkpoints_and_an_agent(whole):
+    parts = ["card.json", "model.zip", "normalizer.pkl"]
+    assert files_of(whole / "agent") == parts
+    checkpoints = whole / "checkpoints"
+    assert files_of(checkpoints) == [f"{steps:010d}" for steps in (512, 1024, 1536, 2048)]
+    assert all(files_of(path) == parts for path in checkpoints.iterdir())
+    config = json.loads((whole / "config.json").read_text())
+    assert config["num_envs"] == 8 and config["hyperparameters"] == ["n_steps=32", "batch_size=128"]
+    assert list((whole / "tensorboard").rglob("events.out.tfevents.*"))
+
+
+def test_evaluations_along_the_way(whole):
+    with (whole / "evaluations.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [int(row["steps"]) for row in rows] == [1024, 2048]
+    assert set(rows[0]) >= {"steps", *UNITS}
+    # The weights of the reward are those of the training.
+    task = scenarios.get("flagship").replace(reward=RewardWeights(on_target=1.0))
+    metrics = rollout(task, str(whole / "checkpoints" / "0000001024"), seed=900_000, count=2).metrics()
+    assert float(rows[0]["return"]) == pytest.approx(np.median(metrics["return"]), rel=1e-4)
+
+
+def test_the_card_says_how_the_agent_was_made(whole):
+    card = json.loads((whole / "agent" / "card.json").read_text())
+    assert card["steps"] == 2048 and card["environment"] == "SpacecraftFTC-v0" and card["seed"] == 0
+    _, (name, arguments) = card["interface"]["wrappers"]
+    assert name == "ResidualPolicy" and arguments["base"] == "pd_dob" and card["interface"]["observation"] == "attitude"
+    # All gains of the base are written down.
+    assert arguments.items() >= baselines.defaults("pd_dob").items()
+    assert card["normalized"] and card["algorithm"] == "ppo" and card["training_seconds"] >= 0
+    for words in ("--num-envs 8", "--total-steps 2048", "--hyperparameters n_steps=32 batch_size=128"):
+        assert words in card["command"]
+    assert json.loads((whole / "checkpoints" / "0000000512" / "card.json").read_text())["steps"] == 512
+
+
+def test_a_killed_run_goes_on_from_its_last_checkpoint(resumed):
+    folder, last = resumed
+    card = json.loads((folder / "agent" / "card.json").read_text())
+    assert card["steps"] == last + 512
+    assert card["interface"]["wrappers"] == [] and card["interface"]["observation"] == "telemetry"
+    before, after = Agent.load(folder / "checkpoints" / f"{last:010d}"), Agent.load(folder / "agent")
+    assert (before.model.num_timesteps, after.model.num_timesteps) == (last, last + 512)
+    # The statistics of the normaliser went on too, and the network learned.
+    gained = after.normalizer.obs_rms.count - before.normalizer.obs_rms.count
+    assert 512 <= gained <= 512 + 3 * 8
+    weights = [agent.model.policy.state_dict()["action_net.weight"].numpy() for agent in (before, after)]
+    assert (weights[0] != weights[1]).any()
+
+
+def test_a_run_is_not_overwritten(whole):
+    train = module_of("train")
+    before = (whole / "agent" / "model.zip").read_bytes()
+    with pytest.raises(SystemExit, match=r"holds a run already; choose another --run-folder, or --resume it"):
+        train.main(train.Config(run_folder=whole))
+    assert (whole / "agent" / "model.zip").read_bytes() == before
+
+
+def test_nothing_to_resume(tmp_path):
+    train = module_of("train")
+    with pytest.raises(SystemExit, match="--resume: no checkpoint under"):
+        train.main(train.Config(run_folder=tmp_path, resume=True))
+
+
+def test_a_resumed_run_keeps_its_settings(resumed):
+    train = module_of("train")
+    folder, _ = resumed
+    kept = train.resumed(train.Config(run_folder=folder, resume=True))
+    assert kept.wrappers == () and kept.observation == "telemetry" and "n_steps=32" in kept.hyperparameters
+    longer = train.resumed(train.Config(run_folder=folder, resume=True, total_steps=123))
+    assert longer.total_steps == 123
+    with pytest.raises(SystemExit, match="--resume: the run was started with --num-envs 8, got 9"):
+        train.resumed(train.Config(run_folder=folder, resume=True, num_envs=9))
+
+
+@pytest.mark.parametrize("kind", ["residual", "direct"])
+def test_an_agent_loads_and_flies(kind, whole, resumed):
+    folder = (whole if kind == "residual" else resumed[0]) / "agent"
+    episodes = SHORT.draw(1, 3)
+    history = rollout(SHORT, Agent.load(folder), episodes)
+    assert np.isfinite(history.attitude_error).all() and (np.abs(history.command) > 0.0).any()
+    again = rollout(SHORT, str(folder), episodes)
+    np.testing.assert_array_equal(again.command, history.command)
+    alone = rollout(SHORT, str(folder), episodes[1])
+    np.testing.assert_allclose(alone.command[:, 0], history.command[:, 1], atol=1e-5)
+    assert evaluate(SHORT, str(folder), episodes, name="agent").policy == "agent"
+
+
+def test_a_barely_trained_residual_stays_close_to_its_base(whole):
+    episodes = SHORT.draw(1, 4)
+    agent, base = (rollout(SHORT, policy, episodes).command for policy in (str(whole / "agent"), "pd_dob"))
+    assert (agent != base).any()
+    assert np.abs(agent - base).mean() < 0.1 * SHORT.spacecraft.wheels.torque_limits.max()
+
+
+def test_the_normaliser_of_a_loaded_agent_stands_still(whole):
+    agent = Agent.load(whole / "agent")
+    count = agent.normalizer.obs_rms.count
+    rollout(SHORT, agent, seed=0, count=2)
+    assert agent.normalizer.obs_rms.count == count
+
+
+def test_fingerprints_tell_agents_apart(whole, resumed):
+    prints = [Agent.load(path).fingerprint for path in (whole / "agent", whole / "checkpoints" / "0000000512")]
+    assert len({*prints, Agent.load(resumed[0] / "agent").fingerprint}) == 3
+    assert Agent.load(whole / "agent" / "model.zip").fingerprint == prints[0]
+
+
+def test_what_is_no_agent(tmp_path, whole):
+    with pytest.raises(ValueError, match=r"agent must be a folder with model\.zip, or a zip file"):
+        Agent.load(tmp_path)
+    with pytest.raises(ValueError, match=r"policy must be one of .* or the path of an agent"):
+        rollout(SHORT, str(tmp_path / "missing"))
+    env = gym.make_vec("SpacecraftFTC-v0", num_envs=2, observation="oracle")
+    with pytest.raises(
+        ValueError, match=r"agent must have been trained on observations of \d+ entries, as flagship gives"
+    ):
+        Agent.load(whole / "agent").attach(env)
+    # A normaliser that the card speaks of must be there: without it the agent would fly, and badly.
+    bare = tmp_path / "bare"
+    shutil.copytree(whole / "agent", bare)
+    (bare / "normalizer.pkl").unlink()
+    with pytest.raises(ValueError, match=r"agent must have normalizer\.pkl beside it"):
+        Agent.load(bare)
+    card = json.loads((bare / "card.json").read_text())
+    (bare / "card.json").write_text(json.dumps({**card, "interface": {"base": "pd_dob"}}))
+    with pytest.raises(ValueError, match=r"card\.json must be of this version.*train the agent again"):
+        Agent.load(bare)

@@ -1,0 +1,115 @@
+"""Options of training: algorithms, curriculum, seeds, and refusals."""
+
+import json
+
+import numpy as np
+import pytest
+from helpers.scripts import module_of, run
+
+from ftac_gym import scenarios
+from ftac_gym.agents.agent import Agent
+from ftac_gym.evaluation import rollout
+
+SHORT = scenarios.get("flagship").replace(duration=3.0)
+END = (
+    "--checkpoint-every",
+    "512",
+    "--evaluate-every",
+    "100000000",
+    "--evaluation-episodes",
+    "2",
+    "--torch-threads",
+    "1",
+)
+# 8 spacecraft and rollouts of 32 steps: 256 steps to a rollout.
+TINY = ("--critic-warmup", "0",
+    "--num-envs", "8", "--hyperparameters", "n_steps=32", "batch_size=128", "--checkpoint-every", "512",
+    "--evaluate-every", "100000000", "--torch-threads", "1",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("algorithm", ["recurrent_ppo", "sac", "tqc"])
+def test_every_algorithm_trains_resumes_and_flies(algorithm, tmp_path):
+    on_policy = algorithm == "recurrent_ppo"
+    settings = (
+        ("n_steps=16", "batch_size=64") if on_policy else ("buffer_size=2000", "learning_starts=64", "batch_size=64")
+    )
+    arguments = ("--run-folder", "run", "--algo", algorithm, "--num-envs", 8, "--hyperparameters", *settings, *END)
+    first = run("train.py", *arguments, "--total-steps", 256, folder=tmp_path)
+    assert first.returncode == 0, first.stderr
+    again = run("train.py", *arguments, "--total-steps", 512, "--resume", folder=tmp_path)
+    assert again.returncode == 0, again.stderr
+    agent = Agent.load(tmp_path / "run" / "agent")
+    assert type(agent.model).__name__.lower() == algorithm.replace("_", "")
+    episodes = SHORT.draw(1, 3)
+    history = rollout(SHORT, agent, episodes)
+    assert np.isfinite(history.command).all()
+    np.testing.assert_allclose(rollout(SHORT, agent, episodes[1]).command[:, 0], history.command[:, 1], atol=1e-5)
+
+
+def test_the_curriculum_holds_from_the_first_episode_on(tmp_path, monkeypatch):
+    """Stable-Baselines3 draws the first episodes before it calls any callback."""
+    train, seen = module_of("train"), []
+    small = {"num_envs": 2, "hyperparameters": ("n_steps=32", "batch_size=64"), "severity_start": 0.25}
+
+    def learn(model, *_, **__):
+        seen.append(model.get_env().get_attr("scenario")[0].faults.severity)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("stable_baselines3.PPO.learn", learn)
+    with pytest.raises(KeyboardInterrupt):
+        train.main(train.Config(run_folder=tmp_path / "run", **small))
+    assert seen == [0.25]
+    fixed = train.Config(
+        run_folder=tmp_path / "fixed", env_id="SpacecraftFTCMa2023-v0", scenario="ma_2023_faulty", wrappers=(), **small
+    )
+    with pytest.raises(SystemExit, match=r"--faults must be a FaultDistribution to have a severity"):
+        train.main(fixed)
+    assert not (tmp_path / "fixed").exists()
+
+
+def test_several_seeds(tmp_path):
+    arguments = (
+        "--run-folder",
+        "runs",
+        "--seeds",
+        2,
+        "--seed",
+        3,
+        "--total-steps",
+        256,
+        *TINY,
+        "--evaluation-episodes",
+        2,
+    )
+    result = run("train.py", *arguments, folder=tmp_path)
+    assert result.returncode == 0, result.stderr
+    agents = [tmp_path / "runs" / f"seed_{seed}" / "agent" for seed in (3, 4)]
+    assert [json.loads((path / "card.json").read_text())["seed"] for path in agents] == [3, 4]
+    assert "--seed 4" in json.loads((agents[1] / "card.json").read_text())["command"]
+    weights = [Agent.load(path).model.policy.state_dict()["mlp_extractor.value_net.0.weight"] for path in agents]
+    assert (weights[0] != weights[1]).any()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"wrappers": ("Residual",)}, r"--wrappers must be among .*'ResidualPolicy'.*got 'Residual'"),
+        ({"wrappers": ("ResidualPolicy base",)}, r"--wrappers must be words NAME=VALUE, got 'base'"),
+        ({"env_id": "CartPole-v1"}, r"--env_id must be an environment of ftac_gym, got 'CartPole-v1'"),
+        ({"algo": "sac", "critic_sees_faults": True}, r"--critic_sees_faults must go with ppo, got 'sac'"),
+        ({"hyperparameters": ("n_steps",)}, r"--hyperparameters must be words NAME=VALUE, got 'n_steps'"),
+        ({"hyperparameters": ("learning_rate=fast",)}, r"--learning_rate must be a number or lin_NUMBER, got 'fast'"),
+        ({"hyperparameters": ("n_step=32",)}, r"--wrappers or --hyperparameters: .*n_step"),
+        ({"seeds": 0}, r"--seeds must be positive, got 0"),
+        ({"hold": 0}, r"--hold must be a positive integer, got 0"),
+        ({"scenario": "cao_2022"}, r"--scenario must have the observation space"),
+        ({"evaluation_seed": 12_000}, r"--evaluation_seed must not be of the frozen test episodes"),
+        ({"seeds": 2, "resume": True}, r"--resume: no checkpoint under"),
+    ],
+)  # fmt: skip
+def test_train_refuses(arguments, message, tmp_path):
+    train = module_of("train")
+    with pytest.raises(SystemExit, match=message):
+        train.main(train.Config(run_folder=tmp_path / "run", num_envs=2, **arguments))
+    assert not (tmp_path / "run").exists()
