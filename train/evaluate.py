@@ -20,12 +20,10 @@ Examples
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
-from zipfile import BadZipFile
+from typing import Literal
 
 import numpy as np
 import tyro
@@ -35,18 +33,18 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from ftac_gym import baselines, scenarios
-from ftac_gym.agents.shipped import SHIPPED, designs
+from ftac_gym.agents.shipped import designs
 from ftac_gym.baselines import tuned
 from ftac_gym.evaluation import Evaluation, compare, evaluate, fault_classes, rollout
 from ftac_gym.evaluation.benchmark import fly, frozen_episodes
-from ftac_gym.evaluation.entries import ALL, TUNED, entries_of, tried
+from ftac_gym.evaluation.entries import ALL, check_fit, entries_of
 from ftac_gym.evaluation.files import write_episodes, write_summary
-from ftac_gym.evaluation.rollout import resolve_policy
 from ftac_gym.evaluation.tables import Cells, kind_table, markdown, metric_tables, split_table
 from ftac_gym.plots import episode as draw_episode
 from ftac_gym.plots import error_bands, prescribed_bound
 from ftac_gym.plots.fault_gallery import fault_gallery
-from ftac_gym.policies.resolve import contestant_of, source_of
+from ftac_gym.policies import Policy, resolve
+from ftac_gym.policies.resolve import TUNED
 from ftac_gym.report import write_report
 from ftac_gym.scenarios import SPLITS, frozen
 from ftac_gym.task.episodes import Episodes
@@ -103,26 +101,19 @@ class Config:
         return CLOSE if self.scenario in SPLITS else ("agent", "pd_dob", "pd")
 
 
-def paths(policies: Sequence[str], scenario: str = "flagship") -> dict[str, str]:
-    """Return what to load for each policy, by its name in the tables; refuse unknown ones before any work is done."""
-    try:
-        return {policy: source_of(policy, scenario) for policy in policies}
-    except ValueError as error:
-        raise SystemExit(f"--policies: {error}") from None
-
-
-def contestants(config: Config) -> dict[str, Any]:
-    """Return what flies for each policy, by its name in the tables; refuse what cannot before any work is done."""
+def resolved(config: Config) -> dict[str, Policy]:
+    """Return the policies by their names in the tables; refuse those that do not fit before any work is done."""
     tasks = [scenarios.get(name) for name in (config.scenario, *config.splits) if name in scenarios.names()]
-    listed = paths(config.contenders, config.scenario)
+    found = {}
     try:
-        found = {name: contestant_of(policy, config.scenario, config.gains) for name, policy in listed.items()}
+        for name in config.contenders:
+            found[name] = resolve(name, config.scenario, config.gains)
     except ValueError as error:
-        raise SystemExit(f"--gains: {error}") from None
-    for name in found:
+        raise SystemExit(f"--{'gains' if str(error).startswith('gains') else 'policies'}: {error}") from None
+    for name, policy in found.items():
         try:
-            tried(resolve_policy(found[name]), tasks)
-        except (ValueError, BadZipFile) as error:
+            check_fit(policy, tasks)
+        except ValueError as error:
             raise SystemExit(f"--policies: {name}: {error}") from None
     return found
 
@@ -162,7 +153,7 @@ def counted(config: Config, episodes: Episodes) -> Episodes:
 
 
 def run(
-    config: Config, flown: dict[str, Any], drawn: dict[str, Episodes], console: Console
+    config: Config, flown: dict[str, Policy], drawn: dict[str, Episodes], console: Console
 ) -> dict[str, list[Evaluation]]:
     """Fly all policies through all scenarios, with progress."""
     columns = (TextColumn("{task.description:>18}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
@@ -204,12 +195,10 @@ def interesting(evaluations: list[Evaluation], episodes: Episodes) -> int:
 def run_benchmark(config: Config, console: Console) -> None:
     """Fly everyone through the flagship and its splits."""
     scenario, folder = scenarios.get("flagship"), config.output / "benchmark"
-    names = [str(SHIPPED / name) if name in designs() else name for name in config.contenders]
-    names = [str(SHIPPED / "flagship_residual") if name == "agent" else name for name in names]
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     try:
         episodes = frozen_episodes(dict.fromkeys((config.scenario, *config.splits)), config.episodes)
-        entries = entries_of(names, scenario)
+        entries = entries_of(config.contenders, scenario)
         flights = sum(len(entry.policies) for entry in entries) * sum(map(len, episodes.values()))
         console.print(f"{len(entries)} contestants and bounds, {len(episodes)} splits, {flights} episodes")
         with Progress(*columns, console=console) as progress:
@@ -233,7 +222,7 @@ def main(config: Config) -> None:
     if config.benchmark:
         run_benchmark(config, console)
         return
-    flown = contestants(config)
+    flown = resolved(config)
     if config.reference not in flown:
         raise SystemExit(f"--reference: {config.reference!r} is not among the policies {list(flown)}")
     names = (config.scenario, *(name for name in config.splits if name != config.scenario))

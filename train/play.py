@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import tyro
 from gymnasium.error import DependencyNotInstalled
@@ -26,7 +25,6 @@ from ftac_gym.envs.rendering import Window
 from ftac_gym.envs.rendering.toolkit import drawing_library
 from ftac_gym.faults import FaultSchedule
 from ftac_gym.faults.specification import parse
-from ftac_gym.policies.resolve import contestant_of
 from ftac_gym.scenarios import frozen
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.viewer import Film, Screen, Session
@@ -83,10 +81,9 @@ def task(config: Config) -> Scenario:
 def begin(config: Config) -> Session:
     """Return the session."""
     names = [config.policy] if config.against is None else [config.policy, config.against]
-    policies: dict[str, Any] = {}
+    policies = {}
     for name in names:
-        shown = name if name not in policies else f"{name} again"
-        policies[shown] = contestant_of(name, config.scenario)
+        policies[name if name not in policies else f"{name} again"] = name
     seed = config.seed if config.seed is not None else frozen.seeds().get(config.scenario, 0)
     session = Session(task(config), policies, seed, config.episode)
     session.speed = config.speed

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from ftac_gym.evaluation.rollout import Rollout
+from ftac_gym.evaluation.metrics import Rollout
 from ftac_gym.plots import FLOOR, EstimateHistory, faults_in_words, stroke, true_effect
 from ftac_gym.plots.recording import unexplained_torque
 from ftac_gym.plots.style import INK, MUTED, dress, folded, mark_onsets

@@ -14,10 +14,11 @@ from baseline_figures import draw, rows_of
 import ftac_gym
 from ftac_gym import baselines, scenarios
 from ftac_gym.baselines import tuned
+from ftac_gym.evaluation import Rollout, rollout
 from ftac_gym.evaluation.metrics import episode_metrics
-from ftac_gym.evaluation.rollout import BaselineContestant, Rollout, rollout
 from ftac_gym.plots import EstimateHistory, estimates_along, faults_in_words
 from ftac_gym.plots.recording import flown_again
+from ftac_gym.policies import DeferredBaseline
 from ftac_gym.task.scenario import Scenario, success_steps
 
 SEED = 3
@@ -81,7 +82,7 @@ def fly(scenario: Scenario, name: str, gains: str = "default", seed: int = SEED)
     seed
         Seed of the episode.
     """
-    history = rollout(scenario, BaselineContestant(name, gains), seed=seed)
+    history = rollout(scenario, DeferredBaseline(name, gains), seed=seed)
     law, start = baselines.make(name, scenario, 1, gains), next(flown_again(history))
     law.act(start.measurement(truth=law.information == "oracle"))
     if law.estimate is None:

@@ -6,8 +6,6 @@ import csv
 import math
 from pathlib import Path
 
-from ftac_gym.utils.parameters import require
-
 SHIPPED = Path(__file__).parent
 """Where the agents that come with the package lie: a folder for each design, in it one for each training seed."""
 
@@ -33,19 +31,31 @@ def designs() -> list[str]:
     return sorted(path.name for path in SHIPPED.iterdir() if seeds(path))
 
 
-def shipped(design: str) -> Path:
-    """Return the folder of an agent that comes with the package: of its seeds, the best in its own evaluations.
+def agent_folders(path: Path) -> list[Path]:
+    """Return the folder or file of each agent at a path: one for each training seed, in their order.
 
-    Those episodes are neither of training nor of the test.
-
-    Raises
-    ------
-    ValueError
-        If there is no such design; the message lists those that there are.
+    Parameters
+    ----------
+    path
+        A folder with one folder for each training seed (``seed_*``), the folder of a run, that of an agent, or the zip
+        file of a model.
     """
-    require(design in designs(), "agent", f"must be one of {designs()}", design)
+    return [folder / "agent" if (folder / "agent").is_dir() else folder for folder in seeds(path) or [path]]
 
-    def best(path: Path) -> float:
-        return max((row["mean_return"] for row in evaluations(path)), default=-math.inf)
 
-    return max(seeds(SHIPPED / design), key=best)
+def training_curve(agent: Path) -> list[dict[str, float]]:
+    """Return the evaluations of an agent's training, oldest first; none if they are not stored."""
+    # A run has its evaluations beside the agent, an agent that was handed on in its own folder.
+    return evaluations(agent.parent if agent.name == "agent" else agent)
+
+
+def best_agent(path: Path) -> Path:
+    """Return the agent at a path that is the best of its training seeds in its own evaluations.
+
+    The episodes of these evaluations belong neither to training nor to the test.
+    """
+
+    def mean_return(agent: Path) -> float:
+        return max((row["mean_return"] for row in training_curve(agent)), default=-math.inf)
+
+    return max(agent_folders(path), key=mean_return)

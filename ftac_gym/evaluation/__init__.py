@@ -1,15 +1,13 @@
-"""Rollouts, metrics, statistics and plots."""
+"""Rollouts, metrics, statistics, comparisons, benchmarks and tuning."""
 
 from __future__ import annotations
 
 from ftac_gym.evaluation.compare import Evaluation, Row, compare, evaluate, fault_classes
-from ftac_gym.evaluation.metrics import episode_metrics, summarize
-from ftac_gym.evaluation.rollout import BaselineContestant, Contestant, Rollout, resolve_policy, rollout
+from ftac_gym.evaluation.metrics import Rollout, episode_metrics, summarize
+from ftac_gym.evaluation.rollout import rollout
 from ftac_gym.evaluation.statistics import Estimate, estimate, interquartile_mean, paired_difference
 
 __all__ = [
-    "BaselineContestant",
-    "Contestant",
     "Estimate",
     "Evaluation",
     "Rollout",
@@ -21,7 +19,6 @@ __all__ = [
     "fault_classes",
     "interquartile_mean",
     "paired_difference",
-    "resolve_policy",
     "rollout",
     "summarize",
 ]

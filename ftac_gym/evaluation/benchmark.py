@@ -25,8 +25,8 @@ from ftac_gym.evaluation.compare import (
     write_batch,
 )
 from ftac_gym.evaluation.entries import Entry, entries_of, fitted
-from ftac_gym.evaluation.rollout import resolve_policy
 from ftac_gym.evaluation.timing import Stopwatch, step_cost
+from ftac_gym.policies import resolve
 from ftac_gym.scenarios import SPLITS, frozen
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.scenario import Scenario
@@ -224,7 +224,7 @@ def _joined(entry: Entry, split: str, count: int, results: Mapping[_Key, BatchRe
 def _fly_task(task: _Task) -> tuple[_Key, BatchResult]:
     """Fly a batch, in whatever process."""
     try:
-        contestant = resolve_policy(copy(task.policy))
+        contestant = resolve(copy(task.policy))
         return task.key, fly_batch(Scenario.from_json(task.batch.scenario_json), contestant, task.batch)
     except ValueError as error:
         raise ValueError(f"{task.key.entry} in {task.key.split}: {error}") from error

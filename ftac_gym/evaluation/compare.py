@@ -14,10 +14,11 @@ import numpy.typing as npt
 
 import ftac_gym
 from ftac_gym.evaluation.metrics import SHARES, Metrics
-from ftac_gym.evaluation.rollout import Contestant, resolve_policy, rollout
+from ftac_gym.evaluation.rollout import rollout
 from ftac_gym.evaluation.statistics import Estimate, estimate, interquartile_mean, mean, paired_difference
 from ftac_gym.evaluation.threads import one_torch_thread
 from ftac_gym.faults import label_of
+from ftac_gym.policies import Policy, resolve
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray
@@ -61,14 +62,14 @@ def batches(episodes: Episodes) -> list[Episodes]:
     return [episodes[start : start + BATCH] for start in range(0, len(episodes), BATCH)]
 
 
-def fly_batch(scenario: Scenario, contestant: Contestant, batch: Episodes) -> BatchResult:
+def fly_batch(scenario: Scenario, contestant: Policy, batch: Episodes) -> BatchResult:
     """Run a contestant through a batch."""
     with one_torch_thread():
         history = rollout(scenario, contestant, batch)
     return {**history.metrics(), "attitude_error": np.degrees(history.attitude_error).astype(np.float32)}
 
 
-def batch_file(folder: Path | None, contestant: Contestant, scenario: Scenario, batch: str) -> Path | None:
+def batch_file(folder: Path | None, contestant: Policy, scenario: Scenario, batch: str) -> Path | None:
     """Return where the result of a batch lies or shall lie; None if it is not kept.
 
     Parameters
@@ -132,7 +133,7 @@ def evaluate(
     scenario
         The task.
     policy
-        See :func:`~ftac_gym.evaluation.rollout.resolve_policy`.
+        See :func:`~ftac_gym.policies.resolve`.
     episodes
         The episodes.
     name
@@ -143,7 +144,7 @@ def evaluate(
     progress
         Called with the number of episodes finished.
     """
-    contestant = resolve_policy(policy)
+    contestant = resolve(policy)
     finished = []
     for batch in batches(episodes):
         path = batch_file(folder, contestant, scenario, batch.digest())

@@ -1,4 +1,4 @@
-"""Who takes part in a benchmark: baselines with default and tuned gains, agents over training seeds, and bounds."""
+"""Entries of a benchmark: baselines with default and tuned gains, and agents over their training seeds."""
 
 from __future__ import annotations
 
@@ -12,45 +12,44 @@ from typing import Any
 import numpy as np
 
 from ftac_gym import baselines
-from ftac_gym.agents.shipped import evaluations, seeds
+from ftac_gym.agents.agent import CARD_FILE, Agent
+from ftac_gym.agents.shipped import agent_folders, training_curve
 from ftac_gym.baselines import tuned
-from ftac_gym.baselines.custom import is_path, label
+from ftac_gym.baselines.custom import label
 from ftac_gym.envs import SpacecraftFTCVectorEnv
-from ftac_gym.evaluation.rollout import BaselineContestant, Contestant, resolve_policy
+from ftac_gym.policies import DeferredBaseline, Policy, resolve
+from ftac_gym.policies.resolve import TUNED, agent_path
 from ftac_gym.scenarios import SPLITS
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import require
+from ftac_gym.utils.parameters import fields_named, require
 
 ALL = "all"
-"""Stands for every baseline that fits, with both sets of gains."""
-
-TUNED = " tuned"
-"""What follows the name of a baseline that flies with its tuned gains."""
+"""Name of all baselines that fit, with both sets of gains."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A contestant of a benchmark, or a bound.
+    """A policy with a name in a table, or a bound.
 
     Attributes
     ----------
     name
         Name in tables; no two entries share one.
     policies
-        What :func:`~ftac_gym.evaluation.rollout.rollout` takes, one per training seed; a single one for a baseline.
+        Policies as :func:`~ftac_gym.policies.resolve` takes them, one per training seed; a single one for a baseline.
         They can be pickled; agents are paths.
     role
-        ``"contestant"``, or ``"bound"`` if it knows the faults.
+        ``"contestant"``, or ``"bound"`` if the faults are among its inputs.
     tier
-        What it knows: ``"attitude"``, ``"telemetry"`` or ``"oracle"``.
+        Information tier: ``"attitude"``, ``"telemetry"`` or ``"oracle"``.
     kind
         ``"agent"`` or ``"baseline"``.
     gains
         ``"tuned"`` or ``"default"``, empty for agents.
     provenance
-        Where it comes from: of tuned gains what is stored with them, of agents their cards, as ``"cards"``.
+        Origin: of tuned gains what is stored with them, of agents their cards, as ``"cards"``.
     curves
-        Of agents: rows of the evaluations while training, for each seed for which they lie beside it.
+        Of agents: rows of the evaluations while training, for each seed for which they are stored.
     """
 
     name: str
@@ -63,16 +62,16 @@ class Entry:
     curves: tuple[tuple[Mapping[str, float], ...], ...] = ()
 
 
-def entries_of(names: Sequence[baselines.BaselineLike], scenario: Scenario) -> tuple[Entry, ...]:
+def entries_of(names: Sequence[baselines.BaselineLike | Path], scenario: Scenario) -> tuple[Entry, ...]:
     """Return the entries of some names.
 
     Parameters
     ----------
     names
         ``"all"`` for every baseline that fits the scenario and gives a finite command, with default gains, and with
-        tuned ones if some were found in the scenario's family; ``"NAME"`` for a baseline with its default gains,
-        ``"NAME tuned"`` with tuned ones; a law of your own, as a class or ``"module:Class"``; or the path of an agent,
-        or of a folder with one for each training seed (``seed_*``), each the folder of an agent or of its run.
+        tuned ones if some were found in the scenario's family; or what :func:`~ftac_gym.policies.resolve` takes: the
+        name of a baseline, ``"NAME tuned"``, a custom class or ``"module:Class"``, the name or the path of an agent.
+        An agent with a folder for each training seed (``seed_*``) is one entry with all of them.
     scenario
         The task, or one of the splits that share it.
 
@@ -86,62 +85,58 @@ def entries_of(names: Sequence[baselines.BaselineLike], scenario: Scenario) -> t
     for name in names:
         if name == ALL:
             entries += _every_baseline(scenario)
-        elif isinstance(name, type) or is_path(name):
-            entries.append(_own(name, scenario))
-        elif name.removesuffix(TUNED) in baselines.names():
-            entries.append(_baseline(name, scenario))
-        else:
-            known = baselines.names() + [f"{item}{TUNED}" for item in _tuned_for(scenario)]
-            rule = f"must be {ALL!r}, one of {known}, or the path of an agent or, as 'module:Class', of a law"
-            require(Path(name).exists(), "policies", rule, name)
-            entries.append(_agent(Path(name)))
+            continue
+        with fields_named(policy=f"policies (beside {ALL!r})"):
+            path = None if isinstance(name, type) else agent_path(name, scenario.name)
+        entries.append(_baseline(name, scenario) if path is None else _agent(path))
     unique = list({entry.name: entry for entry in entries}.values())
-    own = [item for item in entries if item.kind == "agent" or item.name.removesuffix(TUNED) not in baselines.names()]
-    given = [entry.name for entry in own]
-    rule = "must be laws of your own, and agents in folders of different names"
+    # The same baseline named twice is one entry; other policies of one name differ.
+    known = baselines.names()
+    given = [entry.name for entry in entries if entry.kind == "agent" or entry.name.removesuffix(TUNED) not in known]
+    rule = "must be custom classes of different names, and agents in folders of different names"
     require(len(given) == len(set(given)), "policies", rule, given)
     return tuple(unique)
 
 
-def fitted(entry: Entry, scenarios: Sequence[Scenario]) -> tuple[Contestant, ...]:
-    """Return the policies of an entry, ready to be attached, after all of them were tried on all scenarios.
+def fitted(entry: Entry, scenarios: Sequence[Scenario]) -> tuple[Policy, ...]:
+    """Return the policies of an entry, after all of them have acted once in every scenario.
 
     Raises
     ------
     ValueError
-        If one does not fit; the message says whose and what to do.
+        If one does not fit; the message names the entry and the remedy.
     """
-    contestants = []
-    for policy in entry.policies:
+    policies = []
+    for item in entry.policies:
         try:
-            contestants.append(resolve_policy(policy))
-            tried(contestants[-1], scenarios)
+            policies.append(resolve(item))
+            check_fit(policies[-1], scenarios)
         except ValueError as error:
-            # Laws of this package say who they are.
+            # Messages of this package's baselines start with their name.
             named = str(error).startswith(entry.name)
             raise ValueError(str(error) if named else f"{entry.name}: {error}") from None
-    return tuple(contestants)
+    return tuple(policies)
 
 
-def tried(contestant: Contestant, scenarios: Sequence[Scenario]) -> None:
-    """Let a contestant act once in every scenario.
+def check_fit(policy: Policy, scenarios: Sequence[Scenario]) -> None:
+    """Let a policy act once in every scenario.
 
     Raises
     ------
     ValueError
-        If it does not fit one of them; the message says what to do.
+        If it does not fit one of them; the message names the remedy.
     """
     for scenario in scenarios:
-        _command(contestant, scenario)
+        _first_action(policy, scenario)
 
 
-def _command(contestant: Contestant, scenario: Scenario) -> Any:
-    """Return the first action of a contestant, on one craft."""
-    # A copy: what is attached holds its environment, and would carry it along from then on.
-    contestant = copy(contestant)
-    env = SpacecraftFTCVectorEnv(num_envs=1, scenario=scenario, observation=contestant.tier)
-    observation, _ = contestant.attach(env).reset(seed=0)
-    return contestant.predict(observation, None, np.ones(1, dtype=np.bool_), True)[0]
+def _first_action(policy: Policy, scenario: Scenario) -> Any:
+    """Return the first action of a policy, on one spacecraft."""
+    # A copy: an attached policy holds its environment, and would carry it along from then on.
+    policy = copy(policy)
+    env = SpacecraftFTCVectorEnv(num_envs=1, scenario=scenario, observation=policy.tier)
+    observation, _ = policy.attach(env).reset(seed=0)
+    return policy.predict(observation, None, np.ones(1, dtype=np.bool_), True)[0]
 
 
 def _family(scenario: Scenario) -> str:
@@ -149,64 +144,54 @@ def _family(scenario: Scenario) -> str:
     return SPLITS[0] if scenario.name in SPLITS else scenario.name
 
 
-def _tuned_for(scenario: Scenario) -> list[str]:
-    """Return the baselines that have tuned gains of the scenario's family."""
-    return [name for name in tuned.names() if tuned.record(name)["provenance"]["scenario"] == _family(scenario)]
-
-
-def _baseline(name: str, scenario: Scenario) -> Entry:
-    law, gains = name.removesuffix(TUNED), "tuned" if name.endswith(TUNED) else "default"
-    contestant = BaselineContestant(law, gains)
-    provenance = tuned.record(law)["provenance"] if gains == "tuned" else {}
+def _baseline(name: Any, scenario: Scenario) -> Entry:
+    policy = resolve(name)
+    assert isinstance(policy, DeferredBaseline)
+    custom = policy.law not in baselines.names()
+    shown = label(policy.law) if custom else str(name)
+    free = not custom or shown not in baselines.names()
+    require(free, "policies", "must be a class whose name no baseline has", shown)
+    provenance = tuned.record(str(policy.law))["provenance"] if policy.gains == "tuned" else {}
     found = provenance.get("scenario", _family(scenario))
-    require(found == _family(scenario), f"gains of {name}", f"must be tuned on {_family(scenario)}", found)
-    tier = baselines.make(law, scenario, gains=gains).information
-    role = "bound" if tier == "oracle" else "contestant"
-    return Entry(name, (contestant,), role, tier, "baseline", gains, provenance)
+    require(found == _family(scenario), f"gains of {shown}", f"must be tuned on {_family(scenario)}", found)
+    tier = baselines.make(policy.law, scenario, gains=policy.gains).information
+    return Entry(shown, (policy,), _role(tier), tier, "baseline", policy.gains, provenance)
 
 
-def _own(law: baselines.BaselineLike, scenario: Scenario) -> Entry:
-    name = label(law)
-    require(name not in baselines.names(), "policies", "must be a class whose name no baseline has", name)
-    tier = baselines.make(law, scenario).information
-    role = "bound" if tier == "oracle" else "contestant"
-    return Entry(name, (BaselineContestant(law),), role, tier, "baseline", "default", {})
+def _role(tier: str) -> str:
+    return "bound" if tier == "oracle" else "contestant"
 
 
 def _every_baseline(scenario: Scenario) -> list[Entry]:
     entries = []
+    in_family = [law for law in tuned.names() if tuned.record(law)["provenance"]["scenario"] == _family(scenario)]
     for law in baselines.names():
-        for name in (f"{law}{TUNED}", law) if law in _tuned_for(scenario) else (law,):
+        for name in (f"{law}{TUNED}", law) if law in in_family else (law,):
             try:
                 entry = _baseline(name, scenario)
-                finite = np.isfinite(_command(entry.policies[0], scenario)).all()
+                finite = np.isfinite(_first_action(entry.policies[0], scenario)).all()
             except ValueError:
-                continue  # the law is for another craft or reference
+                continue  # the baseline is for another spacecraft or reference
             if finite:
                 entries.append(entry)
     return entries
 
 
 def _agent(path: Path) -> Entry:
-    # PyTorch is imported only if an agent flies.
-    from ftac_gym.agents.agent import CARD_FILE, Agent
-
-    folders = seeds(path) or [path]
-    homes = [folder / "agent" if (folder / "agent").is_dir() else folder for folder in folders]
-    agents = [Agent.load(home) for home in homes]
+    folders = agent_folders(path)
+    agents = [Agent.load(folder) for folder in folders]
     same = all(agent.interface == agents[0].interface for agent in agents)
     require(same, "agent", "must have seeds of one design: one interface in all cards", str(path))
-    files = [home / CARD_FILE for home in homes]
-    # A run keeps its evaluations beside the agent, an agent that was handed on in its own folder.
-    curves = [tuple(evaluations(home.parent if home.name == "agent" else home)) for home in homes]
+    cards = [folder / CARD_FILE for folder in folders]
+    curves = [tuple(training_curve(folder)) for folder in folders]
     tier = agents[0].information
     return Entry(
         name=path.resolve().parent.name if path.name == "agent" else path.stem if path.is_file() else path.name,
-        policies=tuple(str(home.resolve()) for home in homes),
-        role="bound" if tier == "oracle" else "contestant",
+        policies=tuple(str(folder.resolve()) for folder in folders),
+        role=_role(tier),
         tier=tier,
         kind="agent",
         gains="",
-        provenance={"cards": [json.loads(file.read_text()) for file in files if file.is_file()]},
+        provenance={"cards": [json.loads(card.read_text()) for card in cards if card.is_file()]},
         curves=tuple(curve for curve in curves if curve),
     )

@@ -1,18 +1,17 @@
-"""What a time history is worth, per episode, in the metrics of the field."""
+"""Time histories of episodes, and their metrics, one value for each episode."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.attitude import quaternion_error, rotation_vector_from_quaternion
-from ftac_gym.task.scenario import success_steps
+from ftac_gym.attitude import mrp_from_quaternion, quaternion_error, rotation_vector_from_quaternion
+from ftac_gym.task.episodes import Episodes
+from ftac_gym.task.scenario import Scenario, success_steps
+from ftac_gym.task.vibration import modal_energy, vibration_torque
 from ftac_gym.utils.parameters import FloatArray
-
-if TYPE_CHECKING:
-    from ftac_gym.evaluation.rollout import Rollout
 
 Metrics = dict[str, FloatArray]
 
@@ -43,6 +42,73 @@ UNITS: dict[str, str] = {
     "return": "-",
 }
 """Unit of each metric, in the order of tables."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rollout:
+    """Time histories of N episodes of T control periods; the truth, not the measurement.
+
+    Attributes
+    ----------
+    scenario, episodes
+        What was run.
+    time
+        (T + 1,) [s].
+    attitude_error
+        (T + 1, N) pointing error [rad].
+    rate_error
+        (T + 1, N) magnitude of the rate error [rad/s].
+    attitude
+        (T + 1, N, 4) quaternions.
+    reference_attitude
+        (T + 1, N, 4) quaternions of the reference.
+    rate
+        (T + 1, N, 3) body rates [rad/s].
+    wheel_momentum
+        (T + 1, N, m) [N m s].
+    command
+        (T, N, m) commanded wheel torques [N m].
+    applied_torque
+        (T, N, m) mean torque that each wheel applied in each control period [N m].
+    reward
+        (T, N) rewards.
+    modal_displacement, modal_rate
+        (T + 1, N, k) vibration modes [kg^1/2 m, kg^1/2 m/s]; k = 0 for rigid craft.
+    """
+
+    scenario: Scenario
+    episodes: Episodes
+    time: FloatArray
+    attitude_error: FloatArray
+    rate_error: FloatArray
+    attitude: FloatArray
+    reference_attitude: FloatArray
+    rate: FloatArray
+    wheel_momentum: FloatArray
+    command: FloatArray
+    applied_torque: FloatArray
+    reward: FloatArray
+    modal_displacement: FloatArray
+    modal_rate: FloatArray
+
+    @property
+    def modal_energy(self) -> FloatArray:
+        """Energy of the vibration modes, (T + 1, N) [J]."""
+        return modal_energy(self.episodes.modes["stiffness"], self.modal_displacement, self.modal_rate)
+
+    @property
+    def vibration_torque(self) -> FloatArray:
+        """Torque of the vibration modes on the body, (T + 1, N, 3) [N m], body axes."""
+        return vibration_torque(self.episodes.modes, self.modal_displacement, self.modal_rate, self.rate)
+
+    @property
+    def error_mrp(self) -> FloatArray:
+        """MRP of the attitude error, (T + 1, N, 3), short branch."""
+        return mrp_from_quaternion(quaternion_error(self.attitude, self.reference_attitude))
+
+    def metrics(self) -> Metrics:
+        """Evaluate every episode."""
+        return episode_metrics(self)
 
 
 def episode_metrics(history: Rollout) -> Metrics:
@@ -102,10 +168,10 @@ def episode_metrics(history: Rollout) -> Metrics:
         quaternion_error(history.attitude[-hold:], history.reference_attitude[-hold:])
     )
     jitter = np.sqrt(((late - late.mean(axis=0)) ** 2).sum(axis=2).mean(axis=0))
-    modal_energy, residual_energy, pull = (np.full(error.shape[1], np.nan) for _ in range(3))
+    vibration_energy, residual_energy, pull = (np.full(error.shape[1], np.nan) for _ in range(3))
     if scenario.spacecraft.modes:
         energy = history.modal_energy
-        modal_energy, residual_energy = energy[1:].sum(axis=0) * period, energy[-hold:].mean(axis=0)
+        vibration_energy, residual_energy = energy[1:].sum(axis=0) * period, energy[-hold:].mean(axis=0)
         pull = np.sqrt((history.vibration_torque[-hold:] ** 2).sum(axis=2).mean(axis=0))
     return {
         "success": (on_target[-hold:].all(axis=0) & (hold <= steps)).astype(np.float64),
@@ -122,7 +188,7 @@ def episode_metrics(history: Rollout) -> Metrics:
         "bound_kept": np.where(np.isnan(margin), np.nan, margin > 0.0),
         "bound_margin": margin,
         "jitter": np.degrees(jitter),
-        "modal_energy": modal_energy,
+        "modal_energy": vibration_energy,
         "residual_energy": residual_energy,
         "vibration_torque": pull,
         "return": history.reward.sum(axis=0),

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ftac_gym.envs import SpacecraftFTCVectorEnv
-from ftac_gym.evaluation.rollout import resolve_policy
 from ftac_gym.evaluation.threads import one_torch_thread
+from ftac_gym.policies import resolve
 from ftac_gym.task.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def step_cost(entry: Entry, scenario: Scenario) -> float:
     scenario
         The task.
     """
-    contestant = resolve_policy(copy(entry.policies[0]))
+    contestant = resolve(copy(entry.policies[0]))
     env = _TimedEnv(num_envs=1, scenario=scenario.replace(tumble_rate=None), observation=contestant.tier)
     wrapped, costs = contestant.attach(env), []
     observation, _ = wrapped.reset(seed=0)

@@ -13,7 +13,8 @@ import numpy as np
 from ftac_gym import baselines
 from ftac_gym.baselines.gains import SearchSpace
 from ftac_gym.evaluation.metrics import Metrics
-from ftac_gym.evaluation.rollout import BaselineContestant, rollout
+from ftac_gym.evaluation.rollout import rollout
+from ftac_gym.policies import DeferredBaseline
 from ftac_gym.scenarios import frozen
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.scenario import Scenario
@@ -123,7 +124,7 @@ def fly(search: Search, gains: Mapping[str, Any], seed: int | None = None) -> Me
     Empty gains are the baseline's own.
     """
     episodes = _drawn(search.scenario.to_json(), search.seed if seed is None else seed, search.episodes)
-    history = rollout(search.scenario, BaselineContestant(search.baseline, **gains), episodes)
+    history = rollout(search.scenario, DeferredBaseline(search.baseline, **gains), episodes)
     return {name: values[episodes.feasible] for name, values in history.metrics().items()}
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ftac_gym.evaluation.rollout import Rollout
+from ftac_gym.evaluation.metrics import Rollout
 from ftac_gym.plots.style import INK, check_same_flight, dress, key, sheet, stroke
 from ftac_gym.utils.parameters import require
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from ftac_gym.evaluation.rollout import Rollout
+from ftac_gym.evaluation.metrics import Rollout
 from ftac_gym.plots.overview import describe_faults
 from ftac_gym.plots.recording import EstimateHistory, true_effect, unexplained_torque
 from ftac_gym.plots.style import INK, MUTED, check_same_flight, dress, head, key, mark_onsets, sheet, stroke

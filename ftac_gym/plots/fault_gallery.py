@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ftac_gym import attitude as attitudes
-from ftac_gym.evaluation.rollout import Rollout, rollout
+from ftac_gym.evaluation import Rollout, rollout
 from ftac_gym.faults import KINDS, Fault, FaultSchedule, SensorFault, WheelFault
 from ftac_gym.faults.specification import example
 from ftac_gym.faults.table import Kind
@@ -71,7 +71,7 @@ def fault_gallery(scenario: Scenario, policy: Any, seed: int = 0) -> Figure:
     scenario
         Whose spacecraft, sensors and timing are flown.
     policy
-        See :func:`~ftac_gym.evaluation.rollout.resolve_policy`.
+        See :func:`~ftac_gym.policies.resolve`.
     seed
         Seed of what is random besides: noise, inertia, disturbance.
     """

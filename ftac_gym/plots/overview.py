@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from ftac_gym.evaluation.rollout import Rollout
+from ftac_gym.evaluation.metrics import Rollout
 from ftac_gym.faults.description import drawn_faults
 from ftac_gym.plots.recording import true_effect
 from ftac_gym.plots.style import FLOOR, INK, MUTED, check_same_flight, dress, folded, key, mark_onsets, sheet, stroke

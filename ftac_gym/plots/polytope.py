@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.attitude import cross
-from ftac_gym.evaluation.rollout import Rollout
+from ftac_gym.evaluation.metrics import Rollout
 from ftac_gym.faults.description import acting_faults
 from ftac_gym.plots.recording import true_effect
 from ftac_gym.spacecraft.wheel_array import WheelArray

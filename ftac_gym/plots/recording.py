@@ -14,7 +14,7 @@ from ftac_gym.baselines import Baseline, FaultEstimate, observers
 from ftac_gym.baselines.fault_source import FaultSource
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.dynamics import Simulator
-from ftac_gym.evaluation.rollout import Rollout
+from ftac_gym.evaluation.metrics import Rollout
 from ftac_gym.faults import FaultEffect, fault_effect
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ftac_gym.attitude import cross, quaternion_error, rotate_to_reference
-from ftac_gym.evaluation.rollout import Rollout
+from ftac_gym.evaluation.metrics import Rollout
 from ftac_gym.plots.overview import describe_faults
 from ftac_gym.plots.style import FAINT, INK, MUTED, check_same_flight, dress, head, key, sheet, stroke
 from ftac_gym.utils.directions import across, circle, graticule

@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ftac_gym.evaluation.rollout import Rollout
+from ftac_gym.evaluation.metrics import Rollout
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.utils.parameters import require
 

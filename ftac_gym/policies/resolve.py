@@ -1,4 +1,4 @@
-"""What policies are called on command lines."""
+"""Resolution of policies: from names, paths, classes, models and functions."""
 
 from __future__ import annotations
 
@@ -6,64 +6,92 @@ from pathlib import Path
 from typing import Any
 
 from ftac_gym import baselines
-from ftac_gym.agents.shipped import designs, shipped
-from ftac_gym.evaluation.entries import TUNED
-from ftac_gym.evaluation.rollout import BaselineContestant
+from ftac_gym.agents.agent import Agent, Interface
+from ftac_gym.agents.shipped import SHIPPED, best_agent, designs
+from ftac_gym.policies.policy import DeferredBaseline, DirectPolicy, Policy
 from ftac_gym.utils.parameters import require
 
 AGENT = "agent"
-"""Name of the shipped residual of a scenario, else of the flagship's."""
+"""Name of the shipped residual of a scenario, or of the flagship's if the scenario has none."""
+
+TUNED = " tuned"
+"""Suffix of a baseline's name that selects its tuned gains."""
 
 
-def source_of(policy: str, scenario: str = "flagship") -> str:
-    """Return what to load for a policy.
+def resolve(policy: Any, scenario: str = "flagship", gains: str = "default") -> Policy:
+    """Return the policy that a user names.
 
     Parameters
     ----------
     policy
-        ``"agent"``, the name of a shipped agent, a baseline's name, ``"NAME tuned"`` for its tuned gains, an agent's
-        folder or a Stable-Baselines3 zip.
-    scenario
-        Whose agent ``"agent"`` is.
+        One of
 
-    Returns
-    -------
-    The baseline's name as it was given, or the path of the agent.
+        - a baseline's name, or ``"NAME tuned"`` for its tuned gains;
+        - a subclass of :class:`~ftac_gym.baselines.Baseline`, or its path as ``"module:Class"``;
+        - ``"agent"`` or the name of another shipped agent;
+        - the path of an agent: its folder, the folder of its run, a folder with one agent for each training seed
+          (the best in its own evaluations is taken), or a Stable-Baselines3 zip;
+        - a Stable-Baselines3 model, which acts directly, in the attitude tier;
+        - an object with Stable-Baselines3's ``predict``, and the tier of its observation as ``tier`` if that is not
+          ``"attitude"``;
+        - a function from the observation (size,) of one spacecraft, in the attitude tier, to its action (wheels,);
+        - a :class:`~ftac_gym.policies.policy.Policy`, for example an :class:`~ftac_gym.agents.agent.Agent`.
+    scenario
+        Name of the scenario whose agent ``"agent"`` is.
+    gains
+        ``"default"`` or ``"tuned"``: gains of a baseline whose name does not say ``tuned``.
+
+    Raises
+    ------
+    ValueError
+        If a name is unknown, a baseline has no such gains, or the policy is of another kind. The message lists the
+        known names.
+    """
+    if isinstance(policy, (str, Path)):
+        folder = agent_path(policy, scenario)
+        if folder is not None:
+            return Agent.load(best_agent(folder))
+        name = str(policy)
+        return DeferredBaseline(name.removesuffix(TUNED), "tuned" if name.endswith(TUNED) else gains)
+    if isinstance(policy, type) and issubclass(policy, baselines.Baseline):
+        return DeferredBaseline(policy, gains)
+    if all(hasattr(policy, name) for name in ("attach", "predict", "tier")):
+        return policy  # type: ignore[no-any-return]
+    if hasattr(policy, "get_vec_normalize_env"):
+        return Agent(policy, policy.get_vec_normalize_env(), Interface())
+    attached = isinstance(policy, (type, baselines.BaselinePolicy))
+    acts = not attached and (hasattr(policy, "predict") or callable(policy))
+    rule = "must be a name, a path, an Agent or a Baseline class (not an instance), a model, an object with predict, "
+    require(acts, "policy", rule + "or a function from observation to action", policy)
+    return DirectPolicy(policy)
+
+
+def agent_path(name: str | Path, scenario: str = "flagship") -> Path | None:
+    """Return the folder or file of the agent that a user names, or None for a baseline.
+
+    Parameters
+    ----------
+    name
+        ``"agent"``, the name of another shipped agent, a baseline's name with or without ``" tuned"``,
+        ``"module:Class"``, or a path.
+    scenario
+        Name of the scenario whose agent ``"agent"`` is.
 
     Raises
     ------
     ValueError
         If the name is unknown; the message lists the known ones.
     """
-    if policy == AGENT:
-        own = f"{scenario}_residual"
-        return str(shipped(own if own in designs() else "flagship_residual"))
-    if policy in designs():
-        return str(shipped(policy))
-    known = baselines.is_baseline(policy.removesuffix(TUNED)) or Path(policy).exists()
-    rule = f"must be {AGENT!r}, a shipped agent ({', '.join(designs())}), a baseline ({', '.join(baselines.names())}), "
-    rule += "a baseline with tuned gains like 'nftsm tuned', an own law as 'module:Class', or the path of an agent"
-    require(known, "policy", rule, policy)
-    return policy
-
-
-def contestant_of(policy: str, scenario: str = "flagship", gains: str = "default") -> Any:
-    """Return what flies for a policy, to be given to :func:`~ftac_gym.evaluation.rollout` and its like.
-
-    Parameters
-    ----------
-    policy, scenario
-        See :func:`source_of`.
-    gains
-        Gains of a baseline whose name does not say ``tuned``.
-
-    Raises
-    ------
-    ValueError
-        If the name is unknown or the baseline has no such gains; agents are loaded when they fly.
-    """
-    source = source_of(policy, scenario)
-    law = source.removesuffix(TUNED)
-    if baselines.is_baseline(law):
-        return BaselineContestant(law, "tuned" if source.endswith(TUNED) else gains)
-    return source
+    text = str(name)
+    shipped = designs()
+    if text == AGENT:
+        of_scenario = f"{scenario}_residual"
+        return SHIPPED / (of_scenario if of_scenario in shipped else "flagship_residual")
+    if text in shipped:
+        return SHIPPED / text
+    if baselines.is_baseline(text.removesuffix(TUNED)):
+        return None
+    rule = f"must be {AGENT!r}, a shipped agent ({', '.join(shipped)}), a baseline ({', '.join(baselines.names())}), "
+    rule += "a baseline with tuned gains like 'nftsm tuned', a custom class as 'module:Class', or the path of an agent"
+    require(Path(text).exists(), "policy", rule, text)
+    return Path(text)

@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 
 from ftac_gym.envs.rendering.snapshot import Snapshot, snapshots
-from ftac_gym.evaluation.rollout import resolve_policy
 from ftac_gym.faults import Fault
 from ftac_gym.faults.distribution import check_kinds
 from ftac_gym.faults.live import add_fault, clear_faults
-from ftac_gym.policies.runner import Pilot
+from ftac_gym.policies import PolicyRunner, resolve
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import require
@@ -25,7 +24,7 @@ class Flight:
     scenario
         What is flown. A tumbling craft flies on.
     policy
-        See :func:`~ftac_gym.evaluation.rollout.resolve_policy`.
+        See :func:`~ftac_gym.policies.resolve`.
     name
         What the policy is called on the screen.
 
@@ -38,18 +37,18 @@ class Flight:
     def __init__(self, scenario: Scenario, policy: Any, name: str) -> None:
         self.scenario = scenario
         self.name = name
-        self._pilot = Pilot(scenario, resolve_policy(policy))
-        self._batch = self._pilot.env.batch
+        self._runner = PolicyRunner(scenario, resolve(policy, scenario.name))
+        self._batch = self._runner.env.batch
 
     def reset(self, episode: Episodes) -> None:
         """Start an episode: an ``Episodes`` with one in it."""
         require(len(episode) == 1, "episode", "must be one", len(episode))
-        self._pilot.reset(episode)
+        self._runner.reset(episode)
 
     def step(self) -> None:
         """Fly on for one control period; a flight that is over stays as it is."""
         if not self.over:
-            self._pilot.step()
+            self._runner.step()
 
     @property
     def time(self) -> float:

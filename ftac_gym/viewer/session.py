@@ -25,7 +25,7 @@ class Session:
     scenario
         What is flown.
     policies
-        One or more, by the names that are shown; see :func:`~ftac_gym.evaluation.rollout.resolve_policy`.
+        One or more, by the names that are shown; see :func:`~ftac_gym.policies.resolve`.
     seed, episode
         The first episode.
 

@@ -7,8 +7,9 @@ import pytest
 
 from ftac_gym import scenarios
 from ftac_gym.agents.agent import CARD_FILE, Agent
-from ftac_gym.agents.shipped import SHIPPED, designs, evaluations, seeds, shipped
+from ftac_gym.agents.shipped import SHIPPED, best_agent, designs, evaluations, seeds
 from ftac_gym.evaluation import rollout
+from ftac_gym.policies.resolve import agent_path
 
 EPISODES = 20_000  # a seed that neither training nor tuning nor the reported tests use
 ALL = [pytest.param(seed, id=f"{name}/{seed.name}") for name in designs() for seed in seeds(SHIPPED / name)]
@@ -17,7 +18,7 @@ ALL = [pytest.param(seed, id=f"{name}/{seed.name}") for name in designs() for se
 def flown(design, scenario, count):
     """Return the metrics of the best agent and of its base in feasible episodes."""
     episodes = scenarios.get(scenario).draw(EPISODES, count)
-    policies = (Agent.load(shipped(design)), "pd_dob")
+    policies = (Agent.load(best_agent(SHIPPED / design)), "pd_dob")
     metrics = (rollout(scenario, policy, episodes).metrics() for policy in policies)
     return [{name: values[episodes.feasible] for name, values in item.items()} for item in metrics]
 
@@ -25,8 +26,8 @@ def flown(design, scenario, count):
 def test_what_is_shipped():
     assert designs() == ["flagship_direct", "flagship_residual", "flagship_telemetry", "flexible_residual"]
     assert len(seeds(SHIPPED / "flagship_residual")) == 5
-    with pytest.raises(ValueError, match=r"agent must be one of \['flagship_direct', .*got 'nobody'"):
-        shipped("nobody")
+    with pytest.raises(ValueError, match=r"policy must be .* a shipped agent \(flagship_direct, .*got 'nobody'"):
+        agent_path("nobody")
 
 
 @pytest.mark.parametrize("folder", ALL)
@@ -52,7 +53,7 @@ def test_of_several_seeds_the_best_in_its_own_evaluations_is_chosen(design):
     found = {
         path: max((row["mean_return"] for row in evaluations(path)), default=0.0) for path in seeds(SHIPPED / design)
     }
-    assert found[shipped(design)] == max(found.values())
+    assert found[best_agent(SHIPPED / design)] == max(found.values())
     assert (SHIPPED / design / "README.md").read_text().startswith(f"# {design}")
 
 

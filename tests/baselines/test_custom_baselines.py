@@ -7,10 +7,11 @@ from helpers.custom_baseline import CustomBaseline, CustomOracle, CustomTelemetr
 from ftac_gym import baselines, scenarios
 from ftac_gym.baselines import Baseline
 from ftac_gym.baselines.custom import is_path
-from ftac_gym.evaluation import BaselineContestant, evaluate, resolve_policy, rollout
+from ftac_gym.evaluation import evaluate, rollout
 from ftac_gym.evaluation.benchmark import entries_of, fly
 from ftac_gym.evaluation.tuning import tune
 from ftac_gym.evaluation.tuning_objective import Search
+from ftac_gym.policies import DeferredBaseline, resolve
 
 PATH = "helpers.custom_baseline:CustomBaseline"
 TASK = scenarios.get("flagship").replace(duration=30.0)
@@ -23,7 +24,7 @@ def test_a_class_and_its_path_are_the_same_law():
     assert baselines.path_of(CustomBaseline) == PATH == baselines.path_of(PATH)
     assert baselines.defaults(PATH) == {"stiffness": 0.3, "damping": 2.0}
     assert baselines.search_space(PATH) == CustomBaseline.search_space
-    flights = [rollout(TASK, law, seed=2, count=3).command for law in (CustomBaseline, PATH, BaselineContestant(PATH))]
+    flights = [rollout(TASK, law, seed=2, count=3).command for law in (CustomBaseline, PATH, DeferredBaseline(PATH))]
     np.testing.assert_array_equal(flights[0], flights[1])
     np.testing.assert_array_equal(flights[0], flights[2])
 
@@ -31,7 +32,7 @@ def test_a_class_and_its_path_are_the_same_law():
 def test_gains_reach_the_law():
     made = baselines.make(PATH, TASK, 2, damping=3.0)
     assert (made.num_spacecraft, made.stiffness, made.damping) == (2, 0.3, 3.0)
-    stiff = rollout(TASK, BaselineContestant(CustomBaseline, stiffness=0.9), seed=2, count=1)
+    stiff = rollout(TASK, DeferredBaseline(CustomBaseline, stiffness=0.9), seed=2, count=1)
     assert not np.array_equal(stiff.command, rollout(TASK, CustomBaseline, seed=2, count=1).command)
 
 
@@ -91,13 +92,13 @@ def test_names_and_folders_are_no_paths_of_classes(text):
 def test_tuned_gains_are_for_laws_of_the_package():
     for law in (CustomBaseline, PATH):
         with pytest.raises(ValueError, match="gains must be 'default' for a baseline not of this package"):
-            BaselineContestant(law, "tuned")
+            DeferredBaseline(law, "tuned")
 
 
 def test_results_of_a_law_that_may_change_are_not_kept(tmp_path):
     episodes = TASK.draw(0, 2)
     evaluate(TASK, PATH, episodes, folder=tmp_path)
-    assert resolve_policy(PATH).fingerprint is None and not list(tmp_path.iterdir())
+    assert resolve(PATH).fingerprint is None and not list(tmp_path.iterdir())
     evaluate(TASK, "pd", episodes, folder=tmp_path)
     assert len(list(tmp_path.iterdir())) == 1
 
@@ -115,7 +116,7 @@ def test_the_benchmark_flies_own_laws_as_they_are_on_their_own():
 
 def test_two_own_laws_of_one_name_are_refused():
     other = type("CustomBaseline", (CustomBaseline,), {})
-    with pytest.raises(ValueError, match=r"policies must be laws of your own.* of different names"):
+    with pytest.raises(ValueError, match=r"policies must be custom classes of different names"):
         entries_of([CustomBaseline, other], TASK)
     with pytest.raises(ValueError, match="must be a class whose name no baseline has"):
         entries_of([type("pd", (CustomBaseline,), {})], TASK)

@@ -131,7 +131,7 @@ def test_an_agent_that_is_told_the_truth_is_a_bound(tmp_path):
 @pytest.mark.parametrize(
     ("names", "message"),
     [
-        (["nobody"], r"policies must be 'all', one of \[.*'pd_dob', .*'pd_dob tuned'.*\], or the path .*got 'nobody'"),
+        (["nobody"], r"policies \(beside 'all'\) must be .*pd_dob, .*'nftsm tuned'.*, or the path .*got 'nobody'"),
         (["fuzzy_pd"], "fuzzy_pd: appendages must be given"),
         (["chen_m2 tuned"], "gains must be tuned first"),
         (["pd_shaped tuned"], "gains of pd_shaped tuned must be tuned on flagship, got 'flexible'"),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ftac_gym import scenarios
-from ftac_gym.evaluation import BaselineContestant, Evaluation, compare, evaluate, fault_classes, rollout
+from ftac_gym.evaluation import Evaluation, compare, evaluate, fault_classes, rollout
 from ftac_gym.evaluation.compare import ERROR_AND_VIBRATION, TABLE_METRICS
 from ftac_gym.evaluation.metrics import UNITS
 from ftac_gym.faults import (
@@ -20,6 +20,7 @@ from ftac_gym.faults import (
     Outage,
     StarTrackerOutage,
 )
+from ftac_gym.policies import DeferredBaseline
 
 SHORT = scenarios.get("flagship").replace(duration=5.0)
 EPISODES = SHORT.draw(3, 7)
@@ -62,7 +63,7 @@ def test_finished_batches_are_not_run_again(small_batches, tmp_path):
     first = evaluate(SHORT, "pd", EPISODES, folder=folder)
     assert small_batches == [3, 3, 1]
     assert_same(evaluate(SHORT, "pd", EPISODES, folder=folder), first)
-    assert_same(evaluate(SHORT, BaselineContestant("pd"), EPISODES, name="pd", folder=folder), first)
+    assert_same(evaluate(SHORT, DeferredBaseline("pd"), EPISODES, name="pd", folder=folder), first)
     assert small_batches == [3, 3, 1]
     assert_same(evaluate(SHORT, "pd", EPISODES), first)
 
@@ -102,7 +103,7 @@ def test_a_kill_while_writing_leaves_no_broken_batch(small_batches, tmp_path, mo
     ("scenario", "policy", "episodes"),
     [
         (SHORT, "pd_dob", EPISODES),
-        (SHORT, BaselineContestant("pd", braking_share=0.33), EPISODES),
+        (SHORT, DeferredBaseline("pd", braking_share=0.33), EPISODES),
         (SHORT, "pd", SHORT.draw(4, 7)),
         (SHORT.replace(faults=None), "pd", SHORT.replace(faults=None).draw(3, 7)),
     ],

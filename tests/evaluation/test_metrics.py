@@ -10,8 +10,7 @@ from ftac_gym import scenarios
 from ftac_gym.attitude import quaternion_from_mrp, quaternion_product
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.evaluation import episode_metrics, rollout, summarize
-from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, UNITS
-from ftac_gym.evaluation.rollout import Rollout
+from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, UNITS, Rollout
 from ftac_gym.faults import Bias, FaultSchedule
 from ftac_gym.task.initial_state import InitialState
 from ftac_gym.task.prescribed_bound import PrescribedBound

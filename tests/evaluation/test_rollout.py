@@ -10,7 +10,8 @@ from helpers.names import fitting
 from ftac_gym import baselines, scenarios
 from ftac_gym.attitude import angle_between
 from ftac_gym.dynamics import Simulator
-from ftac_gym.evaluation import BaselineContestant, Rollout, resolve_policy, rollout
+from ftac_gym.evaluation import Rollout, rollout
+from ftac_gym.policies import DeferredBaseline, resolve
 from ftac_gym.task.initial_state import InitialState
 
 SHORT = scenarios.get("flagship").replace(duration=6.0)
@@ -132,41 +133,57 @@ def test_what_a_policy_of_ones_own_is_given():
 
 
 def test_a_contestant_can_be_used_again():
-    contestant = BaselineContestant("pd_dob", bandwidth=0.7)
+    contestant = DeferredBaseline("pd_dob", bandwidth=0.7)
     first, second = (rollout(SHORT, contestant, seed=3, count=2) for _ in range(2))
     np.testing.assert_array_equal(first.command, second.command)
-    other = rollout(SHORT, BaselineContestant("pd_dob", bandwidth=2.5), seed=3, count=2)
+    other = rollout(SHORT, DeferredBaseline("pd_dob", bandwidth=2.5), seed=3, count=2)
     assert (other.command != first.command).any()
+
+
+def test_a_recorder_is_called_at_every_control_period():
+    steps, estimates, rates = [], [], []
+
+    def recorder(step, runner):
+        steps.append(step)
+        rates.append(runner.env.batch.simulator.state.rate.copy())
+        estimates.append(runner.policy.baseline.estimate.disturbance.copy())
+
+    history = rollout(SHORT, "pd_dob", seed=3, count=2, recorder=recorder)
+    assert steps == list(range(SHORT.horizon + 1))
+    np.testing.assert_array_equal(rates, history.rate)
+    # What the baseline estimates in a period is there at the start of the next.
+    assert not estimates[0].any() and np.any(estimates[1:])
+    np.testing.assert_array_equal(rollout(SHORT, "pd_dob", seed=3, count=2).command, history.command)
 
 
 def test_resolve_policy():
     policy = Constant(np.zeros(4))
-    assert resolve_policy(policy) is policy
-    assert isinstance(resolve_policy("pd"), BaselineContestant)
-    with pytest.raises(ValueError, match=r"policy must be one of \[.*'pd', .*\] or the path of an agent, got 'nobody'"):
-        resolve_policy("nobody")
+    assert resolve(policy) is policy
+    assert isinstance(resolve("pd"), DeferredBaseline)
+    with pytest.raises(ValueError, match=r"policy must be .* \(.*pd, .*\), .* or the path of an agent, got 'nobody'"):
+        resolve("nobody")
     with pytest.raises(ValueError, match=r"baseline must be one of .*, got 'nobody'"):
-        BaselineContestant("nobody")
+        DeferredBaseline("nobody")
 
 
 def test_fingerprints_tell_policies_apart():
     prints = [
-        BaselineContestant("pd").fingerprint,
-        BaselineContestant("pd_dob").fingerprint,
-        BaselineContestant("pd", braking_share=0.4).fingerprint,
-        BaselineContestant("pd", braking_share=0.5).fingerprint,
+        DeferredBaseline("pd").fingerprint,
+        DeferredBaseline("pd_dob").fingerprint,
+        DeferredBaseline("pd", braking_share=0.4).fingerprint,
+        DeferredBaseline("pd", braking_share=0.5).fingerprint,
     ]
     assert len(set(prints)) == 4
-    one = BaselineContestant("pd", braking_share=0.4, rate_limit=0.1).fingerprint
-    assert one == BaselineContestant("pd", rate_limit=0.1, braking_share=0.4).fingerprint
+    one = DeferredBaseline("pd", braking_share=0.4, rate_limit=0.1).fingerprint
+    assert one == DeferredBaseline("pd", rate_limit=0.1, braking_share=0.4).fingerprint
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         ({"scenario": "nowhere"}, "scenario must be one of .*'nowhere'"),
-        ({"policy": "nobody"}, "policy must be one of .*'nobody'"),
-        ({"policy": BaselineContestant("pd", beauty=1.0)}, "gains of pd.*beauty"),
+        ({"policy": "nobody"}, "policy must be .*'nobody'"),
+        ({"policy": DeferredBaseline("pd", beauty=1.0)}, "gains of pd.*beauty"),
         ({"count": 0}, "count must be a positive integer, got 0"),
         ({"seed": -1}, "seed must be a non-negative integer, got -1"),
         ({"episodes": TRACKING.draw(0, 1)}, "episodes must be drawn for the same reference as flagship's"),

@@ -9,8 +9,7 @@ from ftac_gym import scenarios
 from ftac_gym.attitude import quaternion_from_rotation_vector, quaternion_product
 from ftac_gym.evaluation import compare, episode_metrics, evaluate, rollout, summarize
 from ftac_gym.evaluation.compare import TABLE_METRICS
-from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, SHARES, UNITS
-from ftac_gym.evaluation.rollout import Rollout
+from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, SHARES, UNITS, Rollout
 from ftac_gym.evaluation.tables import metric_tables
 from ftac_gym.task.scenario import SuccessCriterion
 

@@ -15,9 +15,10 @@ import tyro
 from scipy import stats
 
 from ftac_gym import scenarios
-from ftac_gym.evaluation import BaselineContestant, Evaluation
+from ftac_gym.evaluation import Evaluation
 from ftac_gym.evaluation.benchmark import Benchmark, Entry
 from ftac_gym.evaluation.metrics import UNITS
+from ftac_gym.policies import DeferredBaseline
 from ftac_gym.report import write_report
 from ftac_gym.report.figures import spread
 from ftac_gym.report.pictures import training_curve
@@ -113,7 +114,7 @@ def baseline(law, gains="default", **changes):
     role, tier = ("bound", "oracle") if "oracle" in law else ("contestant", "attitude")
     command = f"python train/tune.py --baseline {law} --store"
     provenance = {"trials": 250, "episodes": 200, "command": command} if gains == "tuned" else {}
-    return replace(Entry(name, (BaselineContestant(law, gains),), role, tier, "baseline", gains, provenance), **changes)
+    return replace(Entry(name, (DeferredBaseline(law, gains),), role, tier, "baseline", gains, provenance), **changes)
 
 
 PACES = {"swift": 22.0, "pd_dob tuned": 30.0, "pd": 60.0, "nftsm_oracle": 30.0}

@@ -10,6 +10,8 @@ from helpers.scripts import module_of, run
 from matplotlib.figure import Figure
 
 from ftac_gym import scenarios
+from ftac_gym.agents.agent import Agent
+from ftac_gym.agents.shipped import SHIPPED
 from ftac_gym.baselines import tuned
 from ftac_gym.evaluation import rollout
 from ftac_gym.evaluation.compare import TABLE_METRICS
@@ -152,11 +154,11 @@ def test_evaluate_with_tuned_gains(stored, tmp_path, capsys, monkeypatch):
     drawn = {"flagship": evaluation.draw(default, "flagship")}
     assert evaluation.gains_used(default) == "gains of the baselines: pd default, pd_dob default"
     assert default.reports == output
-    results = [run(default, evaluation.contestants(default), drawn, console)]
+    results = [run(default, evaluation.resolved(default), drawn, console)]
     assert len(list(batches.iterdir())) == 4
     write(stored, "pd", rate_gain=3.5, position_gain=1.0)
     anew = evaluation.Config(**arguments, gains="tuned")
-    results.append(run(anew, evaluation.contestants(anew), drawn, console))
+    results.append(run(anew, evaluation.resolved(anew), drawn, console))
     assert len(list(batches.iterdir())) == 5
     returns = [[float(item.metrics["return"][0]) for item in result["flagship"]] for result in results]
     assert returns[0][0] != returns[1][0] and returns[0][1] != returns[1][1]
@@ -177,8 +179,8 @@ def test_evaluate_refuses_gains_that_are_not_there(stored, tmp_path):
 def test_agents_keep_the_gains_of_their_base(stored):
     evaluation = module_of("evaluate")
     write(stored, "pd_dob", bandwidth=1.0)
-    flown = evaluation.contestants(evaluation.Config(policies=("agent", "pd_dob"), gains="tuned"))
-    assert flown["agent"].endswith("flagship_residual/seed_0")
+    flown = evaluation.resolved(evaluation.Config(policies=("agent", "pd_dob"), gains="tuned"))
+    assert flown["agent"].fingerprint == Agent.load(SHIPPED / "flagship_residual" / "seed_0").fingerprint
     assert flown["pd_dob"].fingerprint == '["pd_dob", {"bandwidth": 1.0}]'
     alone = evaluation.Config(policies=("agent",), gains="tuned")
     assert evaluation.gains_used(alone) == "gains of the baselines: none among the policies"

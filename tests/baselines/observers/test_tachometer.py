@@ -7,8 +7,9 @@ from ftac_gym import baselines, scenarios
 from ftac_gym.baselines import observers
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.dynamics import Simulator
-from ftac_gym.evaluation import BaselineContestant, rollout
+from ftac_gym.evaluation import rollout
 from ftac_gym.faults import Bias, FaultSchedule, LossOfEffectiveness
+from ftac_gym.policies import DeferredBaseline
 from ftac_gym.task.initial_state import InitialState
 
 QUIET = scenarios.get("flagship").replace(
@@ -51,7 +52,7 @@ def test_it_takes_a_bias_away_that_pushes_the_blind_law_off():
     episodes = scenario.draw(0, 1)
     gains = {"rate_gain": 2.0, "reaching_linear": 0.5}
     blind, told, oracle = (
-        rollout(scenario, BaselineContestant(name, **gains), episodes).metrics()["final_error"][0]
+        rollout(scenario, DeferredBaseline(name, **gains), episodes).metrics()["final_error"][0]
         for name in ("nftsm", "nftsm_telemetry", "nftsm_oracle")
     )
     assert told < 0.05 * blind and told == pytest.approx(oracle, abs=1e-4)

@@ -1,0 +1,120 @@
+"""The interface of everything that acts, and adapters to it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from functools import partial
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium.vector import VectorEnv
+
+from ftac_gym import baselines
+from ftac_gym.envs import SpacecraftFTCVectorEnv
+from ftac_gym.utils.parameters import FloatArray
+
+
+class Policy(Protocol):
+    """Anything that acts on N spacecraft, once it is attached to their environment."""
+
+    @property
+    def tier(self) -> str:
+        """Information tier of its observation."""
+
+    def attach(self, env: SpacecraftFTCVectorEnv) -> VectorEnv[Any, Any, Any]:
+        """Return the environment with the wrappers that the policy needs."""
+
+    def predict(self, observation: Any, state: Any, episode_start: Any, deterministic: bool) -> tuple[Any, Any]:
+        """Return actions and state for observations, as Stable-Baselines3 does."""
+
+
+class DeferredBaseline:
+    """A baseline with its gains, built when it is attached to an environment.
+
+    Parameters
+    ----------
+    law
+        Name of a baseline, a subclass of :class:`~ftac_gym.baselines.Baseline`, or its path as ``"module:Class"``.
+    gains
+        ``"default"`` or ``"tuned"``, as for :func:`ftac_gym.baselines.make`; custom classes have default gains only.
+    **changes
+        Gains that differ from these.
+
+    Raises
+    ------
+    ValueError
+        If the name is unknown or the baseline has no such gains.
+    """
+
+    tier = "attitude"
+
+    def __init__(self, law: baselines.BaselineLike, gains: str = "default", **changes: Any) -> None:
+        self.law, self.gains = law, gains
+        # The name of tuned gains does not identify their values, so they are read once, here.
+        self._gains = baselines.chosen(law, gains, changes)
+        self.fingerprint: str | None = None
+        """Equal for equal policies: stored results are found by it. None for custom classes."""
+        if law in baselines.names():
+            self.fingerprint = json.dumps([law, self._gains], sort_keys=True)
+        self._policy: baselines.BaselinePolicy | None = None
+
+    @property
+    def baseline(self) -> baselines.Baseline:
+        """The baseline of the environment that the policy is attached to."""
+        assert self._policy is not None, "attach the policy first"
+        return self._policy.baseline
+
+    def build(self, env: SpacecraftFTCVectorEnv) -> baselines.Baseline:
+        """Return a new baseline for the spacecraft of an environment."""
+        return baselines.make(self.law, env.scenario, env.num_envs, **self._gains)
+
+    def attach(self, env: SpacecraftFTCVectorEnv) -> VectorEnv[Any, Any, Any]:
+        """Build the baseline for the spacecraft of an environment, which is returned unchanged."""
+        self._policy = self.build(env).as_policy(env)
+        return env
+
+    def predict(
+        self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool = True
+    ) -> tuple[FloatArray, None]:
+        """Return the actions (N, wheels)."""
+        assert self._policy is not None, "attach the policy first"
+        return self._policy.predict(observation, state, episode_start, deterministic)
+
+
+class DirectPolicy:
+    """A function or an object with ``predict`` that acts on the wheels without wrappers.
+
+    Parameters
+    ----------
+    source
+        An object whose ``predict`` has Stable-Baselines3's signature, or a function from the observation (size,) of
+        one spacecraft to its action (wheels,).
+    """
+
+    fingerprint = None
+
+    def __init__(self, source: Any) -> None:
+        self.tier: str = getattr(source, "tier", "attitude")
+        self._predict: Callable[..., Any] = getattr(source, "predict", partial(_predict_each, source))
+
+    def attach(self, env: SpacecraftFTCVectorEnv) -> VectorEnv[Any, Any, Any]:
+        """Return the environment unchanged."""
+        return env
+
+    def predict(
+        self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool = True
+    ) -> tuple[Any, Any]:
+        """Return the actions (N, wheels) and the state."""
+        action, state = self._predict(
+            observation, state=state, episode_start=episode_start, deterministic=deterministic
+        )
+        return action, state
+
+
+def _predict_each(
+    function: Callable[[npt.NDArray[Any]], Any], observation: npt.NDArray[Any], **_: Any
+) -> tuple[npt.NDArray[Any], None]:
+    """Return the actions of a function of single observations."""
+    return np.stack([np.asarray(function(row)) for row in observation]), None
