@@ -9,8 +9,9 @@ from helpers.tuning_cases import SEARCH, TINY
 from ftac_gym import baselines
 from ftac_gym.baselines import tuned
 from ftac_gym.baselines.controllers.pd import PD
-from ftac_gym.evaluation import BaselineContestant, rollout, tuning
+from ftac_gym.evaluation import rollout, tuning
 from ftac_gym.evaluation.tuning import store, tune
+from ftac_gym.policies import DeferredBaseline
 
 
 def test_stored_gains_are_data_with_their_provenance(tmp_path, monkeypatch):
@@ -29,8 +30,8 @@ def test_stored_gains_are_data_with_their_provenance(tmp_path, monkeypatch):
     assert "cmaes" in provenance["sampler"] and str(tmp_path) not in path.read_text()
     baseline = baselines.make("pd", TINY, gains="tuned")
     assert baseline._rate_gain == result.gains["rate_gain"]
-    explicit = rollout(TINY, BaselineContestant("pd", **result.gains), seed=1, count=2)
-    named = rollout(TINY, BaselineContestant("pd", gains="tuned"), seed=1, count=2)
+    explicit = rollout(TINY, DeferredBaseline("pd", **result.gains), seed=1, count=2)
+    named = rollout(TINY, DeferredBaseline("pd", gains="tuned"), seed=1, count=2)
     np.testing.assert_array_equal(named.command, explicit.command)
     assert (named.command != rollout(TINY, "pd", seed=1, count=2).command).any()
 
@@ -40,14 +41,14 @@ def test_the_fingerprint_of_tuned_gains_is_what_they_are(tmp_path, monkeypatch):
 
     def fingerprint(gains, **changes):
         (tmp_path / "pd.json").write_text(json.dumps({"gains": gains, "provenance": {}}))
-        return BaselineContestant("pd", "tuned", **changes).fingerprint
+        return DeferredBaseline("pd", "tuned", **changes).fingerprint
 
     first, second = fingerprint({"rate_gain": 6.0}), fingerprint({"rate_gain": 6.5})
-    assert len({first, second, BaselineContestant("pd").fingerprint}) == 3
-    assert first == BaselineContestant("pd", rate_gain=6.0).fingerprint
+    assert len({first, second, DeferredBaseline("pd").fingerprint}) == 3
+    assert first == DeferredBaseline("pd", rate_gain=6.0).fingerprint
     assert fingerprint({"rate_gain": 6.0}, rate_gain=6.5) == second
     # The gains that it flies are those of its fingerprint, even if they are tuned anew in between.
-    contestant = BaselineContestant("pd", "tuned")
+    contestant = DeferredBaseline("pd", "tuned")
     expected = rollout(TINY, contestant, seed=0, count=1).command
     fingerprint({"rate_gain": 2.0})
     np.testing.assert_array_equal(rollout(TINY, contestant, seed=0, count=1).command, expected)
@@ -56,8 +57,8 @@ def test_the_fingerprint_of_tuned_gains_is_what_they_are(tmp_path, monkeypatch):
 def test_gains_that_are_not_there(tmp_path, monkeypatch):
     monkeypatch.setattr(tuned, "FOLDER", tmp_path)
     with pytest.raises(ValueError, match=r"gains must be tuned first: .*--baseline pd --store.*got 'pd'"):
-        BaselineContestant("pd", gains="tuned")
+        DeferredBaseline("pd", gains="tuned")
     with pytest.raises(ValueError, match=r"gains must be one of \['default', 'tuned'\], got 'best'"):
-        BaselineContestant("pd", gains="best")
+        DeferredBaseline("pd", gains="best")
     with pytest.raises(ValueError, match=r"gains must be .default. for a baseline not of this package.*tuned"):
-        BaselineContestant(PD, gains="tuned")
+        DeferredBaseline(PD, gains="tuned")

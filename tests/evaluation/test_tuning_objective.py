@@ -10,9 +10,10 @@ from helpers.tuning_cases import SEARCH, TINY, DirectPD, SelectivePD, register
 
 from ftac_gym import baselines
 from ftac_gym.baselines import Range
-from ftac_gym.evaluation import BaselineContestant, rollout
+from ftac_gym.evaluation import rollout
 from ftac_gym.evaluation import tuning_objective as objective
 from ftac_gym.evaluation.tuning_objective import FAILED, Search, fly, mean_return
+from ftac_gym.policies import DeferredBaseline
 
 
 @pytest.fixture
@@ -23,7 +24,7 @@ def entries(monkeypatch):
 
 def test_the_objective_is_the_mean_return_of_feasible_episodes():
     task = Search("pd", TINY, episodes=9, seed=0)
-    history = rollout(TINY, BaselineContestant("pd", rate_gain=6.0), seed=task.seed, count=9)
+    history = rollout(TINY, DeferredBaseline("pd", rate_gain=6.0), seed=task.seed, count=9)
     feasible = history.episodes.feasible
     assert feasible.any() and not feasible.all()
     assert mean_return(task, {"rate_gain": 6.0}) == pytest.approx(history.metrics()["return"][feasible].mean())
