@@ -14,7 +14,7 @@ from ftac_gym.dynamics.sensing import sense
 from ftac_gym.dynamics.state import State
 from ftac_gym.dynamics.wheel_table import wheel_table
 from ftac_gym.faults import DrawnFaults, FaultEffect, fault_effect
-from ftac_gym.faults.command_delay import LONGEST_DELAY
+from ftac_gym.faults.table import LONGEST_DELAY
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario

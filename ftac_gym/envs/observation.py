@@ -16,7 +16,7 @@ from numba import njit
 
 from ftac_gym.dynamics import Simulator
 from ftac_gym.faults import FaultEffect, fault_effect
-from ftac_gym.faults.command_delay import LONGEST_DELAY
+from ftac_gym.faults.table import LONGEST_DELAY
 from ftac_gym.spacecraft.spacecraft import Spacecraft
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, require

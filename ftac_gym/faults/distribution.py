@@ -1,4 +1,4 @@
-"""Random faults: how many, of which kinds, on which wheels."""
+"""Random faults: their number, their kinds and their wheels."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ftac_gym.faults.fault import UNIFORMS_PER_FAULT, Fault, SensorFault, WheelFault
-from ftac_gym.faults.friction_rise import FrictionRise
-from ftac_gym.faults.registry import check_known
+from ftac_gym.faults.registry import check_registered
 from ftac_gym.faults.table import FLIPS, DrawnFaults, no_faults, no_sensor_faults, scale_magnitudes
 from ftac_gym.spacecraft.wheel_array import WheelArray
 from ftac_gym.utils.parameters import FloatArray, Vector, finite, require
@@ -23,41 +22,30 @@ def _probabilities(values: tuple[float, ...], field: str) -> Vector:
     valid = array.ndim == 1 and array.size > 0 and bool(np.all(array >= 0.0)) and 0.0 < array.sum() < np.inf
     require(valid, field, "must be non-negative weights with a positive sum", values)
     total = float(array.sum())
-    # What is normalised already stays as it is, so that a round trip through JSON changes nothing.
+    # Normalised values stay as they are, so that a round trip through JSON changes nothing.
     return tuple(float(value) for value in (array if abs(total - 1.0) < 1e-15 * array.size else array / total))
-
-
-def check_kinds(faults: tuple[Fault, ...], wheels: WheelArray) -> None:
-    """Raise a ValueError if a fault asks for something that the wheels do not have."""
-    for fault in faults:
-        if isinstance(fault, FrictionRise):
-            # Viscous friction alone has no dry part that could grow.
-            rubbing = [entry is not None and (entry.breakaway or 0.0) > 0.0 for entry in wheels.frictions]
-            struck = all(rubbing) if fault.wheel is None else rubbing[fault.wheel]
-            rule = "must be given, with a dry part, for the wheels that a FrictionRise can strike"
-            require(struck, "friction", rule, wheels.friction)
 
 
 @serializable
 @dataclass(frozen=True)
 class FaultDistribution:
-    """Random faults: how many an episode has, and what they are.
+    """Random faults: their number in an episode, and their kinds.
 
-    Every fault of a wheel strikes another wheel; faults of the sensors count with the others.
+    Every fault of a wheel affects another wheel; faults of the sensors count with the others.
 
     Parameters
     ----------
     kinds
-        The fault kinds to choose from; each draws its own timing and magnitude. For a kind that always strikes the same
-        ``wheel`` there is :class:`FaultSchedule`; here it must be None.
+        The fault kinds to choose from; each draws its own timing and magnitude. Their ``wheel`` must be None; a kind
+        that always affects the same one belongs to a :class:`FaultSchedule`.
     weights
         Relative frequency of each kind; None for equal weights.
     fault_counts
         Relative frequency of 0, 1, 2, ... faults; the entry for 0 is the share of healthy episodes.
     severity
-        How bad the faults are, in [0, 1], for curricula: 1 as described by the kinds, 0 healthy. In between the
-        magnitudes shrink in proportion, and kinds that are there whole or not at all (lock in place, seizure, delay,
-        star-tracker outage) strike with this probability. Episodes of a seed grow worse monotonically.
+        Severity of the faults, in [0, 1], for curricula: 1 as described by the kinds, 0 healthy. In between the
+        magnitudes shrink in proportion, and kinds that are not gradual (lock in place, seizure, delay, star-tracker
+        outage) occur with this probability. Episodes of a seed grow worse monotonically.
 
     Raises
     ------
@@ -76,7 +64,7 @@ class FaultDistribution:
         object.__setattr__(self, "kinds", tuple(self.kinds))
         require(len(self.kinds) > 0, "kinds", "must name at least one fault kind", self.kinds)
         for fault in self.kinds:
-            check_known(fault, "kinds")
+            check_registered(fault, "kinds")
             free = isinstance(fault, SensorFault) or (isinstance(fault, WheelFault) and fault.wheel is None)
             require(free, "kinds", "must leave wheel=None: the distribution chooses it", fault)
         weights = self.weights if self.weights is not None else (1.0,) * len(self.kinds)
@@ -88,7 +76,7 @@ class FaultDistribution:
 
     @property
     def slots(self) -> int:
-        """How many faults an episode can have at most."""
+        """Largest number of faults of an episode."""
         return len(self.fault_counts) - 1
 
     @property
@@ -97,18 +85,19 @@ class FaultDistribution:
         return self.kinds
 
     def check(self, wheels: WheelArray) -> None:
-        """Raise a ValueError if more wheels can fail than the craft has, or a kind does not fit them."""
-        rule = f"must not exceed the {wheels.count} wheels of the craft"
+        """Raise a ValueError if more wheels can fail than there are, or a kind does not fit them."""
+        rule = f"must not exceed the {wheels.count} wheels of the spacecraft"
         require(self.slots <= wheels.count, "fault_counts", rule, self.slots)
-        check_kinds(self.kinds, wheels)
+        for fault in self.kinds:
+            fault.check(wheels)
 
     def uniform_count(self, wheels: int) -> int:
-        """How many uniform deviates one episode needs."""
+        """Return the number of uniform deviates that one episode needs."""
         return 1 + wheels + self.slots * _UNIFORMS_PER_SLOT
 
     @property
     def switching_count(self) -> int:
-        """How many uniform deviates the random chains of one episode need."""
+        """Number of uniform deviates that the random chains of one episode need."""
         return self.slots * FLIPS if any(fault.random_chain for fault in self.kinds) else 0
 
     def draw(self, uniform: FloatArray, switching: FloatArray, torque_limits: FloatArray) -> DrawnFaults:
@@ -123,38 +112,33 @@ class FaultDistribution:
         torque_limits
             (wheels,) [N m].
         """
-        craft, wheels = len(uniform), len(torque_limits)
-        table = no_faults(craft, wheels)
+        count, wheels = len(uniform), len(torque_limits)
+        table = no_faults(count, wheels)
         sensed = any(isinstance(fault, SensorFault) for fault in self.kinds)
-        sensors = no_sensor_faults(craft, self.slots if sensed else 0)
-        chances = switching.reshape(craft, -1, FLIPS)
+        sensors = no_sensor_faults(count, self.slots if sensed else 0)
+        chances = switching.reshape(count, -1, FLIPS)
         switches = np.zeros_like(chances)
-        counts = np.searchsorted(np.cumsum(self.fault_counts), uniform[:, 0], side="right")
+        numbers = np.searchsorted(np.cumsum(self.fault_counts), uniform[:, 0], side="right")
         order = np.argsort(uniform[:, 1 : 1 + wheels], axis=1)
         weights = np.asarray(self.weights)
         for slot in range(self.slots):
             start = 1 + wheels + slot * _UNIFORMS_PER_SLOT
             chosen = np.searchsorted(np.cumsum(weights), uniform[:, start], side="right").clip(max=len(weights) - 1)
             for index, fault in enumerate(self.kinds):
-                # A severity of zero leaves nobody; below one it thins out what cannot be made smaller.
-                strikes = uniform[:, start + 1] < self.severity if not fault.gradual else self.severity > 0.0
-                rows = np.flatnonzero((counts > slot) & (chosen == index) & strikes)
+                # A severity of zero leaves no fault; below one it thins out the kinds that cannot be made smaller.
+                present = uniform[:, start + 1] < self.severity if not fault.gradual else self.severity > 0.0
+                rows = np.flatnonzero((numbers > slot) & (chosen == index) & present)
                 if rows.size == 0:
                     continue
-                part = uniform[rows, start + 2 : start + _UNIFORMS_PER_SLOT]
-                if isinstance(fault, WheelFault):
-                    struck = order[rows, slot]
-                    records = fault.draw(part, torque_limits[struck])
-                else:
-                    assert isinstance(fault, SensorFault)
-                    records = fault.draw(part)
+                affected = order[rows, slot]
+                records = fault.draw(uniform[rows, start + 2 : start + _UNIFORMS_PER_SLOT], torque_limits[affected])
                 if fault.gradual:
                     scale_magnitudes(records, self.severity)
                 if fault.random_chain:
                     records["chain"] = slot
                     switches[rows, slot] = fault.switching_times(records["onset"], chances[rows, slot])
                 if isinstance(fault, WheelFault):
-                    table[rows, struck, 0] = records
+                    table[rows, affected, 0] = records
                 else:
                     sensors[rows, slot] = records
         return DrawnFaults(table, sensors, switches)

@@ -1,4 +1,8 @@
-"""What the faults do at a moment: the truth, for oracles and plots."""
+"""Effects of faults at a moment: the truth, for oracles and plots.
+
+The compiled plant evaluates the same tables in :mod:`ftac_gym.dynamics.fault_signals`; ``tests/faults`` holds the two
+to each other.
+"""
 
 from __future__ import annotations
 
@@ -12,25 +16,26 @@ from ftac_gym.spacecraft.wheel_array import WheelArray
 from ftac_gym.utils.parameters import FloatArray
 
 _TOLERANCE = 1e-9
+"""Two times closer than this are the same time [s]; it absorbs rounding in step * period."""
 
 
 class FaultEffect(NamedTuple):
-    """What is wrong at a moment with N craft of m wheels.
+    """Effects at a moment of the faults of N spacecraft with m wheels.
 
     Attributes
     ----------
     effectiveness
-        (N, m) share of the command that each wheel gives.
+        (N, m) ratio of each wheel's torque to its command.
     bias
-        (N, m) torque that it adds [N m]; excess friction counts as bias.
+        (N, m) added torque [N m]; excess friction counts as bias.
     delay
-        (N, m) how many control periods its command is late.
+        (N, m) delay of the command [control periods].
     rate_bias
         (N, 3) error of the measured rate [rad/s].
     attitude_turn
         (N, 3) error of the measured attitude, a rotation vector in body axes [rad].
     star_tracker_out
-        (N,) whether the star tracker is blind.
+        (N,) whether the star tracker delivers nothing.
     """
 
     effectiveness: FloatArray
@@ -42,7 +47,7 @@ class FaultEffect(NamedTuple):
 
 
 def presence(records: npt.NDArray[np.void], switches: FloatArray, time: FloatArray) -> FloatArray:
-    """Return which part of each fault is there.
+    """Return the part of each fault that is present.
 
     Parameters
     ----------

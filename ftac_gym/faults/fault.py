@@ -1,55 +1,99 @@
-"""What all fault kinds have in common: when they act, and how they come and go."""
+"""Time profiles and magnitudes, the parts that all fault kinds share."""
 
 from __future__ import annotations
 
+import dataclasses
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.faults.table import FaultKind, Kind, no_faults, no_sensor_faults
-from ftac_gym.utils.parameters import FloatArray, Interval, bounds, draw, interval, positive, require
+from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.utils.parameters import (
+    FloatArray,
+    Interval,
+    bounds,
+    draw,
+    interval,
+    non_negative_interval,
+    normalise,
+    optional,
+    positive,
+    positive_interval,
+    require,
+)
 
 TIMING_UNIFORMS = 6
 UNIFORMS_PER_FAULT = TIMING_UNIFORMS + 8
 """Uniform deviates that one fault of one episode may use: six for the timing, eight for the magnitudes."""
 
 
+@dataclass(frozen=True)
+class Magnitude:
+    """Record field that the draws of a magnitude are written to, and the range of its values.
+
+    Attributes
+    ----------
+    record
+        Field of the fault records; empty if the kind writes the magnitude itself.
+    low, high
+        Bounds of the values, both included.
+    above
+        Bound that the values exceed.
+    """
+
+    record: str = ""
+    low: float = -math.inf
+    high: float = math.inf
+    above: float = -math.inf
+
+
+def magnitude(record: str = "", **limits: float) -> dict[str, Magnitude]:
+    """Return the metadata of a dataclass field that is a magnitude; the parameters are those of :class:`Magnitude`."""
+    return {"magnitude": Magnitude(record, **limits)}
+
+
 @dataclass(frozen=True, kw_only=True)
 class Fault:
-    """A fault with its time profile: abrupt or incipient, for good or recovering, steady or intermittent.
+    """A fault with its time profile: abrupt or incipient, permanent or recovering, steady or intermittent.
 
     Parameters
     ----------
     onset
-        When the fault starts [s]. It takes effect at the first physics step that begins then or later.
+        Start of the fault [s]. It takes effect at the first physics step that begins then or later.
     recovery
-        When it ends for good [s]; None for never.
+        Permanent end of the fault [s]; None for never.
     duration
-        How long after the onset it ends for good [s], instead of ``recovery``.
+        Time from the onset to the permanent end [s], instead of ``recovery``.
     rise
-        Incipient fault: it grows in proportion to the time over this long after its onset [s]; zero is abrupt.
+        Time after the onset over which the fault grows in proportion to time [s]; zero is abrupt.
     fall
-        It shrinks to nothing over this long before its end [s]; zero is abrupt.
+        Time before the end over which the fault shrinks to nothing [s]; zero is abrupt.
     period, on_time
         If given, the fault is intermittent: it acts during the first ``on_time`` seconds of every ``period`` seconds,
         counted from the onset.
     mean_acting, mean_resting
-        If given, the fault is intermittent at random: a two-state Markov chain that starts with the fault acting and
-        stays in each state for an exponentially distributed time of this mean [s]. It is drawn with the episode.
+        If given, the fault is intermittent at random: a two-state Markov chain that starts with the fault acting. It
+        stays in each state for an exponentially distributed time of this mean [s], drawn with the episode.
 
     Raises
     ------
     ValueError
-        If a time is negative, the recovery can precede the onset, profiles contradict each other, or a fault that is
-        there whole or not at all is asked to rise or fall.
+        If a time is negative, the recovery can precede the onset, or profiles contradict each other. Also if a fault
+        that is not gradual has a rise or a fall, or a magnitude of a kind can leave its range.
     """
 
     kind: ClassVar[Kind] = FaultKind.NONE
-    """Number and label of the kind; :func:`~ftac_gym.faults.register` makes one of your own known."""
+    """Number and label of the kind; :func:`~ftac_gym.faults.register` registers a custom one."""
     gradual: ClassVar[bool] = True
-    """Whether the fault can be there in part. One that cannot is made rarer, not smaller, by a low severity."""
+    """Flag of a fault that can be present in part. A low severity makes other faults rarer, not smaller."""
+    constants: ClassVar[Mapping[str, float]] = {}
+    """Record fields with the same value in every fault of the kind."""
 
     onset: Interval = 0.0
     recovery: Interval | None = None
@@ -62,53 +106,45 @@ class Fault:
     mean_resting: float | None = None
 
     def __post_init__(self) -> None:
-        """Check and normalise the timing."""
-        object.__setattr__(self, "onset", interval(self.onset, "onset"))
-        require(bounds(self.onset)[0] >= 0.0, "onset", "must not be negative", self.onset)
+        """Check and normalise timing and magnitudes."""
+        normalise(self, non_negative_interval, "onset", "rise", "fall")
+        normalise(self, optional(interval), "recovery", "period")
+        normalise(self, optional(positive_interval), "duration", "on_time")
+        normalise(self, optional(positive), "mean_acting", "mean_resting")
+        for name, entry in self._magnitudes.items():
+            checked = interval(getattr(self, name), name, entry.low, entry.high, entry.above)
+            object.__setattr__(self, name, checked)
         if self.recovery is not None:
-            object.__setattr__(self, "recovery", interval(self.recovery, "recovery"))
-            require(
-                bounds(self.recovery)[0] > bounds(self.onset)[1],
-                "recovery",
-                f"must come after the onset {self.onset!r}",
-                self.recovery,
-            )
-        if self.duration is not None:
-            object.__setattr__(self, "duration", interval(self.duration, "duration"))
-            positive(bounds(self.duration)[0], "duration")
-            require(self.recovery is None, "duration", "must not come with recovery", self.duration)
+            later = bounds(self.recovery)[0] > bounds(self.onset)[1]
+            require(later, "recovery", f"must come after the onset {self.onset!r}", self.recovery)
+            require(self.duration is None, "duration", "must not come with recovery", self.duration)
         for name in ("rise", "fall"):
-            object.__setattr__(self, name, interval(getattr(self, name), name))
-            low, high = bounds(getattr(self, name))
-            require(low >= 0.0, name, "must not be negative", getattr(self, name))
+            abrupt = bounds(getattr(self, name))[1] == 0.0
             rule = f"must be zero: {type(self).__name__} is there whole or not at all"
-            require(self.gradual or high == 0.0, name, rule, getattr(self, name))
+            require(self.gradual or abrupt, name, rule, getattr(self, name))
         ends = self.recovery is not None or self.duration is not None
         require(ends or bounds(self.fall)[1] == 0.0, "fall", "needs recovery or duration", self.fall)
-        self._check_intermittency()
-
-    def _check_intermittency(self) -> None:
         require((self.period is None) == (self.on_time is None), "on_time", "must come with period", self.on_time)
         if self.period is not None and self.on_time is not None:
-            object.__setattr__(self, "period", interval(self.period, "period"))
-            object.__setattr__(self, "on_time", interval(self.on_time, "on_time"))
-            positive(bounds(self.on_time)[0], "on_time")
-            require(
-                bounds(self.on_time)[1] <= bounds(self.period)[0],
-                "on_time",
-                f"must not exceed the period {self.period!r}",
-                self.on_time,
-            )
+            shorter = bounds(self.on_time)[1] <= bounds(self.period)[0]
+            require(shorter, "on_time", f"must not exceed the period {self.period!r}", self.on_time)
         together = (self.mean_acting is None) == (self.mean_resting is None)
         require(together, "mean_resting", "must come with mean_acting", self.mean_resting)
-        if self.mean_acting is not None and self.mean_resting is not None:
-            require(self.period is None, "mean_acting", "must not come with period", self.mean_acting)
-            for name in ("mean_acting", "mean_resting"):
-                object.__setattr__(self, name, positive(getattr(self, name), name))
+        alone = self.period is None or self.mean_acting is None
+        require(alone, "mean_acting", "must not come with period", self.mean_acting)
+
+    @cached_property
+    def _magnitudes(self) -> dict[str, Magnitude]:
+        """Magnitudes by field, in the order in which they use uniform deviates."""
+        metadata = {item.name: item.metadata for item in dataclasses.fields(self)}
+        return {name: entry["magnitude"] for name, entry in metadata.items() if "magnitude" in entry}
+
+    def check(self, wheels: WheelArray) -> None:
+        """Raise a ValueError unless the fault fits an array of wheels."""
 
     @property
     def random_chain(self) -> bool:
-        """Whether the fault switches on and off at random."""
+        """Flag of a fault that switches on and off at random."""
         return self.mean_acting is not None
 
     def switching_times(self, onset: FloatArray, uniform: FloatArray) -> FloatArray:
@@ -117,8 +153,24 @@ class Fault:
         times: FloatArray = onset[:, None] + np.cumsum(-means * np.log1p(-uniform), axis=1)
         return times
 
-    def _time(self, rows: npt.NDArray[np.void], uniform: FloatArray) -> None:
-        """Write kind and timing into fault records (M,), from uniforms (M, TIMING_UNIFORMS)."""
+    def draw(self, uniform: FloatArray, torque_limit: FloatArray) -> npt.NDArray[np.void]:
+        """Draw M faults.
+
+        Parameters
+        ----------
+        uniform
+            (M, UNIFORMS_PER_FAULT) uniform deviates.
+        torque_limit
+            (M,) torque limit of the affected wheels [N m]; faults of the sensors do not use it.
+
+        Returns
+        -------
+        Records (M,) of FAULT for faults of wheels, of SENSOR_FAULT for those of the sensors.
+        """
+        raise NotImplementedError(f"{type(self).__name__} is no concrete fault kind")
+
+    def _draw_common(self, rows: npt.NDArray[np.void], uniform: FloatArray) -> None:
+        """Write kind, timing, constants and magnitudes into records (M,), from uniforms (M, UNIFORMS_PER_FAULT)."""
         rows["kind"] = self.kind
         rows["onset"] = draw(self.onset, uniform[:, 0])
         if self.recovery is not None:
@@ -130,21 +182,26 @@ class Fault:
             rows["on_time"] = draw(self.on_time, uniform[:, 3])
         rows["rise"] = draw(self.rise, uniform[:, 4])
         rows["fall"] = draw(self.fall, uniform[:, 5])
+        for record, value in self.constants.items():
+            rows[record] = value
+        for index, (name, entry) in enumerate(self._magnitudes.items()):
+            if entry.record:
+                rows[entry.record] = draw(getattr(self, name), uniform[:, TIMING_UNIFORMS + index])
 
 
 @dataclass(frozen=True, kw_only=True)
 class WheelFault(Fault):
     """A fault of one wheel.
 
-    A kind of your own derives from this class, has an :class:`~ftac_gym.faults.CustomKind`, is made known with
-    :func:`~ftac_gym.faults.register`, and writes what it does to the wheel into FAULT records: in a method
-    ``_fill(rows, uniform, torque_limit)``, which gets records (M,) of healthy wheels with the timing filled in, uniform
-    deviates (M, 8) to draw from, and the torque limits (M,) of the struck wheels [N m].
+    A custom kind derives from this class, has a :class:`~ftac_gym.faults.CustomKind`, and is registered with
+    :func:`~ftac_gym.faults.register`. It writes its effect on the wheel into FAULT records in a method
+    ``_fill(rows, uniform, torque_limit)``. The records (M,) are those of healthy wheels with the timing filled in. The
+    uniform deviates are (M, 8), the torque limits of the affected wheels (M,) [N m].
 
     Parameters
     ----------
     wheel
-        Index of the wheel; None lets the distribution choose it.
+        Index of the wheel; with None the distribution draws it.
     """
 
     wheel: int | None = None
@@ -157,56 +214,36 @@ class WheelFault(Fault):
             require(is_index and self.wheel >= 0, "wheel", "must be a non-negative integer or None", self.wheel)
             object.__setattr__(self, "wheel", int(self.wheel))
 
+    def check(self, wheels: WheelArray) -> None:
+        """Raise a ValueError unless the fault fits an array of wheels."""
+        if self.wheel is not None:
+            rule = f"must be below the number of wheels, {wheels.count}"
+            require(self.wheel < wheels.count, "wheel", rule, self.wheel)
+
     def draw(self, uniform: FloatArray, torque_limit: FloatArray) -> npt.NDArray[np.void]:
-        """Draw M faults.
-
-        Parameters
-        ----------
-        uniform
-            (M, UNIFORMS_PER_FAULT) uniform deviates.
-        torque_limit
-            (M,) torque limit of the wheel that each fault strikes [N m].
-
-        Returns
-        -------
-        Records of FAULT (M,).
-        """
+        """Draw M faults as FAULT records (M,); see :meth:`Fault.draw`."""
         rows = no_faults(len(uniform), 1)[:, 0, 0]
-        self._time(rows, uniform)
+        self._draw_common(rows, uniform)
         self._fill(rows, uniform[:, TIMING_UNIFORMS:], torque_limit)
         return rows
 
     def _fill(self, rows: npt.NDArray[np.void], uniform: FloatArray, torque_limit: FloatArray) -> None:
-        """Write the magnitudes of this kind into FAULT records, from uniforms (M, 8)."""
-        raise NotImplementedError(f"{type(self).__name__} is no concrete fault kind")
+        """Write the part of the effect that follows from neither constants nor magnitudes into FAULT records (M,)."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SensorFault(Fault):
     """A fault of the sensors.
 
-    A kind of your own is made as for :class:`WheelFault`; its method is ``_fill(rows, uniform)``, with SENSOR_FAULT
-    records.
+    A custom kind is made as for :class:`WheelFault`; its method is ``_fill(rows, uniform)``, with SENSOR_FAULT records.
     """
 
-    def draw(self, uniform: FloatArray) -> npt.NDArray[np.void]:
-        """Draw M faults from uniform deviates (M, UNIFORMS_PER_FAULT); returns SENSOR_FAULT records (M,)."""
+    def draw(self, uniform: FloatArray, torque_limit: FloatArray | None = None) -> npt.NDArray[np.void]:
+        """Draw M faults as SENSOR_FAULT records (M,); see :meth:`Fault.draw`."""
         rows = no_sensor_faults(len(uniform), 1)[:, 0]
-        self._time(rows, uniform)
+        self._draw_common(rows, uniform)
         self._fill(rows, uniform[:, TIMING_UNIFORMS:])
         return rows
 
     def _fill(self, rows: npt.NDArray[np.void], uniform: FloatArray) -> None:
-        """Write the magnitudes of this kind into SENSOR_FAULT records, from uniforms (M, 8)."""
-        raise NotImplementedError(f"{type(self).__name__} is no concrete fault kind")
-
-
-def random_signs(uniform: FloatArray) -> FloatArray:
-    """Turn uniform deviates into +1 and -1 with equal chances."""
-    return np.where(uniform < 0.5, -1.0, 1.0)
-
-
-def limited_wheels(torque_limit: FloatArray, kind: str) -> None:
-    """Raise a ValueError unless all struck wheels have a torque limit, in which the kind measures its size."""
-    limited = bool(np.isfinite(torque_limit).all())
-    require(limited, kind, "needs wheels with a torque limit; torque_limit", torque_limit.tolist())
+        """Write the part of the effect that follows from neither constants nor magnitudes into records (M,)."""

@@ -1,4 +1,4 @@
-"""Faults that come and go while an episode runs, because somebody wants to see what happens.
+"""Faults that are added and cleared while an episode runs, for experiments by hand.
 
 The tables that result are those of an episode that had these faults from the start: it replays.
 """
@@ -6,61 +6,63 @@ The tables that result are those of an episode that had these faults from the st
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from ftac_gym.faults.fault import UNIFORMS_PER_FAULT, Fault, SensorFault, WheelFault
+from ftac_gym.faults.fault import UNIFORMS_PER_FAULT, Fault, WheelFault
 from ftac_gym.faults.table import FLIPS, DrawnFaults, no_faults, no_sensor_faults
 from ftac_gym.utils.parameters import FloatArray, require
 
-AFTER = 1e-6
-"""How long after now faults of the sensors come and go [s]: the measurement of this moment has been taken."""
+SENSOR_DELAY = 1e-6
+"""Time from now to a change of the sensors' faults [s]: the measurement of this moment is already taken."""
 
 
 def add_fault(
-    drawn: DrawnFaults, craft: int, fault: Fault, time: float, torque_limits: FloatArray, random: np.random.Generator
+    drawn: DrawnFaults,
+    spacecraft: int,
+    fault: Fault,
+    time: float,
+    torque_limits: FloatArray,
+    random: np.random.Generator,
 ) -> DrawnFaults:
-    """Return tables in which one more fault strikes a craft; those given are left as they are.
+    """Return tables with one more fault of one spacecraft; those given are left as they are.
 
     Parameters
     ----------
     drawn
         Faults of N episodes.
-    craft
-        Which of them is struck.
+    spacecraft
+        Index of the affected one.
     fault
-        The fault; its times count from now. A fault of a wheel must name it, and comes on top of what is wrong with it.
+        The fault; its times count from now. A fault of a wheel must name it, and adds to the other faults of the wheel.
     time
-        Now, in the time of the craft's episode [s].
+        Now, in the time of the spacecraft's episode [s].
     torque_limits
         (m,) of the wheels [N m].
     random
-        Draws what the fault leaves open.
+        Draws the times and magnitudes that the fault leaves open.
 
     Raises
     ------
     ValueError
-        If the fault of a wheel names none, or one that the craft does not have.
+        If the fault of a wheel names none, or one that the spacecraft does not have.
     """
     uniform = random.random((1, UNIFORMS_PER_FAULT))
     layers, sensed, chains = drawn.wheels.shape[2], drawn.sensors.shape[1], drawn.switches.shape[1]
     if isinstance(fault, WheelFault):
-        count = len(torque_limits)
-        valid = fault.wheel is not None and fault.wheel < count
-        require(valid, "wheel", f"must be one of {list(range(count))}", fault.wheel)
-        wheel = fault.wheel or 0
+        count, wheel = len(torque_limits), fault.wheel if fault.wheel is not None else -1
+        require(0 <= wheel < count, "wheel", f"must be one of {list(range(count))}", fault.wheel)
         records = fault.draw(uniform, torque_limits[[wheel]])
-        place: tuple[int, ...] = (craft, wheel)
+        place: tuple[int, ...] = (spacecraft, wheel)
         layers += int((drawn.wheels["kind"][place] > 0).all())
     else:
-        assert isinstance(fault, SensorFault)
-        records = fault.draw(uniform)
-        time += AFTER
-        place = (craft,)
+        records = fault.draw(uniform, torque_limits[[0]])
+        time += SENSOR_DELAY
+        place = (spacecraft,)
         sensed += int((drawn.sensors["kind"][place] > 0).all())
     wider = widened(drawn.copy(), layers, sensed, chains + int(fault.random_chain))
     if fault.random_chain:
         records["chain"] = chains
-        wider.switches[craft, chains] = time + fault.switching_times(records["onset"], random.random((1, FLIPS)))[0]
+        flips = fault.switching_times(records["onset"], random.random((1, FLIPS)))[0]
+        wider.switches[spacecraft, chains] = time + flips
     records["onset"] += time
     records["recovery"] += time
     table = (wider.wheels if isinstance(fault, WheelFault) else wider.sensors)[place]
@@ -68,41 +70,39 @@ def add_fault(
     return wider
 
 
-def clear_faults(drawn: DrawnFaults, craft: int, wheel: int | None, time: float) -> DrawnFaults:
-    """Return tables in which nothing is wrong with a wheel, or with the sensors, from now on.
+def clear_faults(drawn: DrawnFaults, spacecraft: int, wheel: int | None, time: float) -> DrawnFaults:
+    """Return tables in which a wheel, or the sensors, have no faults from now on.
 
     Parameters
     ----------
     drawn
         Faults of N episodes; left as they are.
-    craft
-        Which of them is repaired.
+    spacecraft
+        Index of the affected one.
     wheel
-        Which of its wheels; None for its sensors.
+        Index of its wheel; None for its sensors.
     time
-        Now, in the time of the craft's episode [s].
+        Now, in the time of the spacecraft's episode [s].
     """
-    healed = drawn.copy()
-    records = healed.sensors[craft] if wheel is None else healed.wheels[craft, wheel]
-    over = records["onset"] >= time
-    time += AFTER if wheel is None else 0.0
-    records["recovery"] = np.where(over, records["recovery"], np.minimum(records["recovery"], time))
-    records["fall"] = np.where(over, records["fall"], 0.0)
-    healthy: npt.NDArray[np.void] = (
-        no_sensor_faults(1, len(records))[0] if wheel is None else no_faults(1, 1, len(records))[0, 0]
-    )
-    records[over] = healthy[over]
-    return healed
+    cleared = drawn.copy()
+    records = cleared.sensors[spacecraft] if wheel is None else cleared.wheels[spacecraft, wheel]
+    future = records["onset"] >= time
+    time += SENSOR_DELAY if wheel is None else 0.0
+    records["recovery"] = np.where(future, records["recovery"], np.minimum(records["recovery"], time))
+    records["fall"] = np.where(future, records["fall"], 0.0)
+    healthy = no_sensor_faults(1, len(records))[0] if wheel is None else no_faults(1, 1, len(records))[0, 0]
+    records[future] = healthy[future]
+    return cleared
 
 
 def widened(drawn: DrawnFaults, layers: int, sensed: int, chains: int) -> DrawnFaults:
     """Return tables with room for at least so many faults of a wheel and of the sensors, and so many random chains."""
     wheels, sensors, switches = drawn
-    craft, count = wheels.shape[:2]
+    spacecraft, count = wheels.shape[:2]
     if (lacking := layers - wheels.shape[2]) > 0:
-        wheels = np.concatenate([wheels, no_faults(craft, count, lacking)], axis=2)
+        wheels = np.concatenate([wheels, no_faults(spacecraft, count, lacking)], axis=2)
     if (lacking := sensed - sensors.shape[1]) > 0:
-        sensors = np.concatenate([sensors, no_sensor_faults(craft, lacking)], axis=1)
+        sensors = np.concatenate([sensors, no_sensor_faults(spacecraft, lacking)], axis=1)
     if (lacking := chains - switches.shape[1]) > 0:
-        switches = np.concatenate([switches, np.full((craft, lacking, FLIPS), np.inf)], axis=1)
+        switches = np.concatenate([switches, np.full((spacecraft, lacking, FLIPS), np.inf)], axis=1)
     return DrawnFaults(wheels, sensors, switches)

@@ -5,11 +5,41 @@ from __future__ import annotations
 from typing import Any, TypeVar
 
 from ftac_gym.faults.fault import Fault, SensorFault, WheelFault
+from ftac_gym.faults.sensor_faults import AttitudeSpike, GyroBiasStep, StarTrackerOutage
 from ftac_gym.faults.table import FIRST_CUSTOM_KIND, CustomKind, FaultKind
+from ftac_gym.faults.wheel_faults import (
+    Bias,
+    CommandDelay,
+    DriftingEffectiveness,
+    FrictionRise,
+    HardOver,
+    IntermittentShutdown,
+    LockInPlace,
+    LossOfEffectiveness,
+    Outage,
+    Seizure,
+)
 from ftac_gym.utils.parameters import require
 from ftac_gym.utils.serialization import classes, required_fields, same_definition, serializable
 
 F = TypeVar("F", bound=Fault)
+
+KINDS: tuple[type[Fault], ...] = (
+    LossOfEffectiveness,
+    DriftingEffectiveness,
+    Bias,
+    Outage,
+    LockInPlace,
+    HardOver,
+    FrictionRise,
+    Seizure,
+    IntermittentShutdown,
+    CommandDelay,
+    GyroBiasStep,
+    StarTrackerOutage,
+    AttitudeSpike,
+)
+"""All fault kinds of this package; :func:`registered` has custom ones too."""
 
 
 def register(kind: type[F]) -> type[F]:
@@ -66,7 +96,8 @@ def _require_new(part: str, name: str, value: Any, taken: dict[Any, type]) -> No
 
 def registered() -> dict[str, type[Fault]]:
     """Return all fault kinds by the names of their classes, those of the package first."""
-    return {name: cls for name, cls in classes().items() if issubclass(cls, Fault)}
+    custom = [cls for cls in classes().values() if issubclass(cls, Fault) and cls not in KINDS]
+    return {kind.__name__: kind for kind in (*KINDS, *custom)}
 
 
 def label_of(number: int) -> str:
@@ -80,7 +111,7 @@ def label_of(number: int) -> str:
     return labels.get(number, f"unknown kind {number}")
 
 
-def check_known(fault: Any, field: str) -> None:
+def check_registered(fault: Any, field: str) -> None:
     """Raise a ValueError unless an object is a fault of a registered kind.
 
     Parameters

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ftac_gym.faults.distribution import check_kinds
 from ftac_gym.faults.fault import UNIFORMS_PER_FAULT, Fault, SensorFault, WheelFault
-from ftac_gym.faults.registry import check_known
+from ftac_gym.faults.registry import check_registered
 from ftac_gym.faults.table import FLIPS, DrawnFaults, no_faults, no_sensor_faults
 from ftac_gym.spacecraft.wheel_array import WheelArray
 from ftac_gym.utils.parameters import FloatArray, require
@@ -19,7 +18,7 @@ from ftac_gym.utils.serialization import serializable
 @serializable
 @dataclass(frozen=True)
 class FaultSchedule:
-    """All the listed faults, in every episode; several may strike the same wheel.
+    """All the listed faults, in every episode; several may affect the same wheel.
 
     Parameters
     ----------
@@ -39,7 +38,7 @@ class FaultSchedule:
         require(isinstance(self.faults, (tuple, list)), "faults", "must be a tuple of Fault objects", self.faults)
         object.__setattr__(self, "faults", tuple(self.faults))
         for fault in self.faults:
-            check_known(fault, "faults")
+            check_registered(fault, "faults")
             placed = isinstance(fault, SensorFault) or (isinstance(fault, WheelFault) and fault.wheel is not None)
             require(placed, "faults", "must each name a wheel", fault)
 
@@ -49,46 +48,38 @@ class FaultSchedule:
         return [fault.wheel for fault in self.faults if isinstance(fault, WheelFault) and fault.wheel is not None]
 
     def check(self, wheels: WheelArray) -> None:
-        """Raise a ValueError if a fault names a wheel that the craft does not have, or does not fit it."""
-        for wheel in self._wheels:
-            require(wheel < wheels.count, "wheel", f"must be below the number of wheels, {wheels.count}", wheel)
-        check_kinds(self.faults, wheels)
+        """Raise a ValueError if a fault does not fit the wheels or names one that the array does not have."""
+        for fault in self.faults:
+            fault.check(wheels)
 
     def layers(self) -> int:
-        """How many faults one wheel can have at most."""
+        """Return the largest number of faults of one wheel."""
         return max(Counter(self._wheels).values(), default=1)
 
     def uniform_count(self, wheels: int) -> int:
-        """How many uniform deviates one episode needs."""
+        """Return the number of uniform deviates that one episode needs."""
         return max(1, len(self.faults) * UNIFORMS_PER_FAULT)
 
     @property
     def switching_count(self) -> int:
-        """How many uniform deviates the random chains of one episode need."""
+        """Number of uniform deviates that the random chains of one episode need."""
         return len(self.faults) * FLIPS if any(fault.random_chain for fault in self.faults) else 0
 
     def draw(self, uniform: FloatArray, switching: FloatArray, torque_limits: FloatArray) -> DrawnFaults:
         """Draw the faults of N episodes; the parameters are those of :meth:`FaultDistribution.draw`."""
-        count, wheels = len(uniform), len(torque_limits)
-        table = no_faults(count, wheels, self.layers())
+        count = len(uniform)
+        wheels = no_faults(count, len(torque_limits), self.layers())
         sensors = no_sensor_faults(count, len(self.faults) - len(self._wheels))
         chances = switching.reshape(count, -1, FLIPS)
         switches = np.zeros_like(chances)
-        used: Counter[int] = Counter()
-        sensed = 0
+        used: Counter[int | None] = Counter()
         for index, fault in enumerate(self.faults):
             part = uniform[:, index * UNIFORMS_PER_FAULT : (index + 1) * UNIFORMS_PER_FAULT]
-            if isinstance(fault, WheelFault):
-                wheel = fault.wheel if fault.wheel is not None else 0
-                records = table[:, wheel, used[wheel]]
-                records[:] = fault.draw(part, np.full(count, torque_limits[wheel]))
-                used[wheel] += 1
-            else:
-                assert isinstance(fault, SensorFault)
-                records = sensors[:, sensed]
-                records[:] = fault.draw(part)
-                sensed += 1
+            wheel = fault.wheel if isinstance(fault, WheelFault) else None
+            records = sensors[:, used[None]] if wheel is None else wheels[:, wheel, used[wheel]]
+            records[:] = fault.draw(part, np.full(count, torque_limits[wheel or 0]))
+            used[wheel] += 1
             if fault.random_chain:
                 records["chain"] = index
                 switches[:, index] = fault.switching_times(records["onset"], chances[:, index])
-        return DrawnFaults(table, sensors, switches)
+        return DrawnFaults(wheels, sensors, switches)

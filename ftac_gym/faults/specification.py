@@ -3,39 +3,58 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
+from math import radians
 from typing import Any
 
-from ftac_gym.faults.examples import EXAMPLES
 from ftac_gym.faults.fault import Fault, WheelFault
 from ftac_gym.faults.registry import registered
+from ftac_gym.faults.table import FaultKind
 from ftac_gym.utils.parameters import require
 
 FORM = "KIND:WHEEL@ONSET,FIELD=VALUE,..."
-"""The form of a specification; only the kind is a must, and a wheel for what strikes one."""
+"""Form of a specification; the kind is required, and the wheel for faults of wheels."""
+
+EXAMPLES: Mapping[int, Mapping[str, Any]] = {
+    FaultKind.LOSS_OF_EFFECTIVENESS: {"effectiveness": 0.1},
+    FaultKind.DRIFTING_EFFECTIVENESS: {"effectiveness": 0.0, "rise": 30.0},
+    FaultKind.BIAS: {"amplitude": 0.08, "frequency": 0.3},
+    FaultKind.OUTAGE: {},
+    FaultKind.LOCK_IN_PLACE: {},
+    FaultKind.HARD_OVER: {"fraction": 0.5, "random_sign": False},
+    FaultKind.FRICTION_RISE: {"factor": 100.0, "rise": 30.0},
+    FaultKind.SEIZURE: {"brake": 2.0},
+    FaultKind.INTERMITTENT_SHUTDOWN: {},
+    FaultKind.COMMAND_DELAY: {"periods": 3.0},
+    FaultKind.GYRO_BIAS_STEP: {"size": radians(0.05)},
+    FaultKind.STAR_TRACKER_OUTAGE: {"duration": 60.0},
+    FaultKind.ATTITUDE_SPIKE: {"angle": radians(2.0), "period": 15.0, "on_time": 0.3},
+}
+"""Fields of an example of each kind, besides wheel and onset; for wheels like the flagship's."""
 
 SAMPLES = ("seizure:2@15", "loss_of_effectiveness:0@10,effectiveness=0.3", "star_tracker_outage@20,duration=30")
 
 
 def name_of(kind: type[Fault]) -> str:
-    """Return what a specification calls a kind: its label with underscores."""
+    """Return the name of a kind in specifications: its label with underscores."""
     return kind.kind.label.replace(" ", "_")
 
 
 def kinds() -> dict[str, type[Fault]]:
-    """Return all fault kinds by the names that specifications use, registered ones among them."""
+    """Return all fault kinds, custom ones included, by their names in specifications."""
     return {name_of(kind): kind for kind in registered().values()}
 
 
 def example(kind: type[Fault], **fields: Any) -> Fault:
-    """Return a fault of a kind, strong enough to be seen where its size is not given.
+    """Return a fault of a kind, with a clearly visible size unless one is given.
 
     Parameters
     ----------
     kind
         One of the fault kinds.
     **fields
-        What differs from the example. With a field of the kind's own, a magnitude, the others of its own are those of
-        the class.
+        Changes to the example. If they set a field of the kind itself, such as a magnitude, its other fields have the
+        defaults of the class.
     """
     shared = {field.name for field in dataclasses.fields(WheelFault)}
     shown = EXAMPLES.get(kind.kind, {})
@@ -50,15 +69,16 @@ def parse(text: str) -> Fault:
     Parameters
     ----------
     text
-        ``KIND:WHEEL@ONSET,FIELD=VALUE,...``: the kind's label with underscores or hyphens; the wheel, counted from
-        zero, for the kinds that strike one; the onset [s], zero if not given; fields of the kind's class. A value is a
-        number, a range ``LOW..HIGH``, ``true``, ``false`` or a word. See :func:`example` for what is not given.
+        ``KIND:WHEEL@ONSET,FIELD=VALUE,...``. The kind is its label with underscores or hyphens. The wheel counts from
+        zero and is for faults of wheels only. The onset [s] is zero if not given. The fields are those of the kind's
+        class. A value is a number, a range ``LOW..HIGH``, ``true``, ``false`` or a word. Other fields are those of
+        :func:`example`.
 
     Raises
     ------
     ValueError
-        If the text has another form, or the kind, a field or a value is not known; the message lists the known kinds
-        or fields and has an example.
+        If the text has another form, or the kind, a field or a value is unknown. The message lists the kinds or the
+        fields and has an example.
     """
     known = kinds()
     head, *assignments = (part.strip() for part in text.split(","))
@@ -66,15 +86,14 @@ def parse(text: str) -> Fault:
     label, colon, wheel = place.partition(":")
     kind = known.get(label.strip().lower().replace("-", "_"))
     forms = f"must have the form {FORM}, for example {', '.join(map(repr, SAMPLES))}, with a KIND of {list(known)}"
-    require(kind is not None, "fault", forms, text)
-    assert kind is not None
+    if kind is None:
+        raise ValueError(f"fault {forms}, got {text!r}")
     fields: dict[str, Any] = {"onset": _number(onset, "ONSET", forms, text)} if at else {}
-    strikes = issubclass(kind, WheelFault)
-    if strikes:
+    if issubclass(kind, WheelFault):
         require(wheel.strip().isdigit(), "fault", f"needs a WHEEL, as in '{name_of(kind)}:2@15'", text)
         fields["wheel"] = int(wheel)
     else:
-        require(not colon, "fault", f"strikes no wheel: write '{name_of(kind)}@15'", text)
+        require(not colon, "fault", f"affects no wheel: write '{name_of(kind)}@15'", text)
     settable = [field.name for field in dataclasses.fields(kind) if field.name not in ("wheel", "onset")]
     for assignment in assignments:
         name, equals, value = (part.strip() for part in assignment.partition("="))
@@ -91,7 +110,7 @@ def _number(text: str, part: str, forms: str, whole: str) -> Any:
 
 
 def _value(text: str) -> Any:
-    """Return the number, the range, the truth value or the word that a text stands for."""
+    """Turn a text into a number, a range or a truth value; other words stay as they are."""
     low, dots, high = text.partition("..")
     try:
         return (float(low), float(high)) if dots else float(text)

@@ -1,4 +1,4 @@
-"""The drawn fault tables: what the plant and the sensors read."""
+"""Tables of drawn faults, the input of the plant and of the sensors."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ftac_gym.utils.parameters import FloatArray, require
 
 
 class FaultKind(IntEnum):
-    """What is wrong, of the kinds of this package; those from outside have an :class:`CustomKind`."""
+    """Fault kinds of this package; those from outside have a :class:`CustomKind`."""
 
     NONE = 0
     LOSS_OF_EFFECTIVENESS = 1
@@ -32,12 +32,12 @@ class FaultKind(IntEnum):
 
     @property
     def label(self) -> str:
-        """The kind in words, for tables and plots."""
+        """Name of the kind in tables and plots."""
         return "healthy" if self is FaultKind.NONE else self.name.lower().replace("_", " ")
 
 
 FIRST_CUSTOM_KIND = 100
-"""The smallest number that a kind from outside of the package may have: smaller ones are the package's."""
+"""Smallest number of a custom kind; smaller ones are the package's."""
 
 
 class CustomKind(int):
@@ -46,9 +46,9 @@ class CustomKind(int):
     Parameters
     ----------
     number
-        What stands for the kind in the fault tables, 100 or more.
+        Number of the kind in the fault tables, 100 or more.
     label
-        The kind in words, for tables and plots: lower case, letters and digits with single spaces.
+        Name of the kind in tables and plots: lower case, letters and digits with single spaces.
 
     Raises
     ------
@@ -63,61 +63,35 @@ class CustomKind(int):
         whole = isinstance(number, int) and not isinstance(number, bool)
         require(whole and number >= FIRST_CUSTOM_KIND, "number", f"must be {FIRST_CUSTOM_KIND} or more", number)
         require(number < 2**31, "number", "must be below 2**31", number)
-        rule = "must be lower-case words of letters and digits, with single spaces between them"
+        plain = isinstance(label, str) and re.fullmatch(r"[a-z][a-z0-9]*( [a-z0-9]+)*", label) is not None
         require(
-            isinstance(label, str) and re.fullmatch(r"[a-z][a-z0-9]*( [a-z0-9]+)*", label) is not None,
-            "label",
-            rule,
-            label,
+            plain, "label", "must be lower-case words of letters and digits, with single spaces between them", label
         )
         kind = super().__new__(cls, number)
         kind.label = label
         return kind
 
     def __reduce__(self) -> tuple[type[CustomKind], tuple[int, str]]:
-        """Return what makes it again, for copies and pickles."""
+        """Return class and arguments, for copies and pickles."""
         return CustomKind, (int(self), self.label)
 
     def __repr__(self) -> str:
-        """Return how it is written."""
+        """Return the call that makes it."""
         return f"CustomKind({int(self)}, {self.label!r})"
 
 
 Kind = FaultKind | CustomKind
-"""What a fault class says of itself."""
+"""Number and label of a fault class."""
 
-_TIMING: list[tuple[str, str]] = [
-    ("kind", "i8"),
-    ("chain", "i8"),
-    ("onset", "f8"),
-    ("recovery", "f8"),
-    ("period", "f8"),
-    ("on_time", "f8"),
-    ("rise", "f8"),
-    ("fall", "f8"),
-]
+_TIMING = [("kind", "i8"), ("chain", "i8")]
+_TIMING += [(name, "f8") for name in ("onset", "recovery", "period", "on_time", "rise", "fall")]
 
-FAULT = np.dtype(
-    [
-        *_TIMING,
-        ("effectiveness", "f8"),
-        ("effectiveness_amplitude", "f8"),
-        ("effectiveness_frequency", "f8"),
-        ("effectiveness_phase", "f8"),
-        ("bias", "f8"),
-        ("bias_slope", "f8"),
-        ("bias_amplitude", "f8"),
-        ("bias_frequency", "f8"),
-        ("bias_phase", "f8"),
-        ("bias_exponent", "f8"),
-        ("locked", "f8"),
-        ("friction_forward", "f8"),
-        ("friction_backward", "f8"),
-        ("brake", "f8"),
-        ("delay", "i8"),
-    ]
-)
-"""One fault of one wheel. With p in [0, 1] the part of it that is there, it changes the wheel's torque
+_EFFECTIVENESS = ("effectiveness", "effectiveness_amplitude", "effectiveness_frequency", "effectiveness_phase")
+_BIAS = ("bias", "bias_slope", "bias_amplitude", "bias_frequency", "bias_phase", "bias_exponent")
+_MECHANICAL = ("locked", "friction_forward", "friction_backward", "brake")
+
+FAULT = np.dtype([*_TIMING, *((name, "f8") for name in (*_EFFECTIVENESS, *_BIAS, *_MECHANICAL)), ("delay", "i8")])
+"""One fault of one wheel. With p in [0, 1] the part of it that is present, it changes the wheel's torque
 e sat(u) + b + T_f by, for s = t - onset,
 
 e = 1 + p (effectiveness + effectiveness_amplitude sin(effectiveness_frequency t + effectiveness_phase) - 1),
@@ -125,22 +99,33 @@ b = p (bias + bias_slope s + bias_amplitude s^bias_exponent sin(bias_frequency s
 
 The dry part of the friction is multiplied by 1 + p (friction_forward - 1) while the wheel spins forward, and by
 1 + p (friction_backward - 1) while it spins backward. ``brake`` [N m] is dry friction without a transition at rest: it
-stops the wheel, and holds it there against any smaller torque. ``delay`` is how many control periods a command is late.
-``locked`` = 1 makes the wheel repeat the torque it applied last instead.
+stops the wheel, and holds it there against any smaller torque. ``delay`` is the delay of a command in control periods.
+With ``locked`` = 1 the wheel repeats the torque it applied last instead.
 
-It acts from ``onset`` to ``recovery`` [s]; if ``period`` > 0, only in the first ``on_time`` seconds of each period
-counted from the onset; if ``chain`` >= 0, only between the flips of that row of the switching times (it acts before the
-first flip). p grows from 0 to 1 in the first ``rise`` seconds and shrinks to 0 in the last ``fall`` seconds before the
-recovery.
+The fault acts from ``onset`` to ``recovery`` [s]. If ``period`` > 0, it acts only in the first ``on_time`` seconds of
+each period counted from the onset. If ``chain`` >= 0, it acts only between the flips of that row of the switching
+times, and before the first flip. The part p grows from 0 to 1 in the first ``rise`` seconds, and shrinks to 0 in the
+last ``fall`` seconds before the recovery.
 """
 
 SENSOR_FAULT = np.dtype([*_TIMING, ("rate_bias", "f8", (3,)), ("attitude_turn", "f8", (3,)), ("outage", "f8")])
-"""One fault of the sensors, with the timing of FAULT: it adds ``rate_bias`` [rad/s] to the measured rate and turns the
-measured attitude by the rotation vector ``attitude_turn`` [rad], both times p; ``outage`` = 1 blinds the star tracker.
+"""One fault of the sensors, with the timing of FAULT.
+
+It adds p ``rate_bias`` [rad/s] to the measured rate and turns the measured attitude by the rotation vector
+p ``attitude_turn`` [rad]. With ``outage`` = 1 the star tracker delivers nothing.
 """
+
+_FACTORS = {"effectiveness", "friction_forward", "friction_backward"}
+"""Magnitudes that are one without a fault."""
+
+_SIZES = {"effectiveness_amplitude", "bias", "bias_slope", "bias_amplitude", "rate_bias", "attitude_turn"}
+"""Magnitudes that are zero without a fault."""
 
 FLIPS = 64
 """Switching times that are drawn for a random chain."""
+
+LONGEST_DELAY = 5
+"""Largest delay of a command [control periods]; the plant stores as many commands."""
 
 
 class DrawnFaults(NamedTuple):
@@ -161,7 +146,7 @@ class DrawnFaults(NamedTuple):
     switches: FloatArray
 
     def copy(self) -> DrawnFaults:
-        """Return tables of their own with the same faults."""
+        """Return independent tables with the same faults."""
         return DrawnFaults(self.wheels.copy(), self.sensors.copy(), self.switches.copy())
 
     def take(self, index: npt.NDArray[np.int64]) -> DrawnFaults:
@@ -169,25 +154,25 @@ class DrawnFaults(NamedTuple):
         return DrawnFaults(self.wheels[index], self.sensors[index], self.switches[index])
 
 
-def no_faults(craft: int, wheels: int, layers: int = 1) -> npt.NDArray[np.void]:
-    """Return a FAULT table (craft, wheels, layers) of healthy wheels."""
-    table = np.zeros((craft, wheels, layers), FAULT)
+def no_faults(count: int, wheels: int, layers: int = 1) -> npt.NDArray[np.void]:
+    """Return a FAULT table (count, wheels, layers) of healthy wheels."""
+    table = np.zeros((count, wheels, layers), FAULT)
     _never(table)
-    for name in ("effectiveness", "friction_forward", "friction_backward"):
+    for name in _FACTORS:
         table[name] = 1.0
     return table
 
 
-def no_sensor_faults(craft: int, faults: int = 0) -> npt.NDArray[np.void]:
-    """Return a SENSOR_FAULT table (craft, faults) of healthy sensors."""
-    table = np.zeros((craft, faults), SENSOR_FAULT)
+def no_sensor_faults(count: int, faults: int = 0) -> npt.NDArray[np.void]:
+    """Return a SENSOR_FAULT table (count, faults) of healthy sensors."""
+    table = np.zeros((count, faults), SENSOR_FAULT)
     _never(table)
     return table
 
 
-def healthy(craft: int, wheels: int) -> DrawnFaults:
-    """Return the tables of craft without faults."""
-    return DrawnFaults(no_faults(craft, wheels), no_sensor_faults(craft), np.zeros((craft, 0, FLIPS)))
+def healthy(count: int, wheels: int) -> DrawnFaults:
+    """Return the tables of spacecraft without faults."""
+    return DrawnFaults(no_faults(count, wheels), no_sensor_faults(count), np.zeros((count, 0, FLIPS)))
 
 
 def _never(table: npt.NDArray[np.void]) -> None:
@@ -197,15 +182,11 @@ def _never(table: npt.NDArray[np.void]) -> None:
 
 
 def scale_magnitudes(rows: npt.NDArray[np.void], severity: float) -> None:
-    """Shrink the magnitudes of FAULT or SENSOR_FAULT records towards those of a healthy craft, in place."""
+    """Scale the magnitudes of FAULT or SENSOR_FAULT records, in place: 0 makes them those of a healthy spacecraft."""
     if severity == 1.0:
         return
-    names = rows.dtype.names or ()
-    for name in ("effectiveness", "friction_forward", "friction_backward"):
-        if name in names:
-            rows[name] = 1.0 + severity * (rows[name] - 1.0)
-    for name in (
-        "effectiveness_amplitude", "bias", "bias_slope", "bias_amplitude", "rate_bias", "attitude_turn",
-    ):  # fmt: skip
-        if name in names:
-            rows[name] *= severity
+    names = set(rows.dtype.names or ())
+    for name in names & _FACTORS:
+        rows[name] = 1.0 + severity * (rows[name] - 1.0)
+    for name in names & _SIZES:
+        rows[name] *= severity

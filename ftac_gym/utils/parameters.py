@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -27,16 +28,27 @@ def require(condition: bool, field: str, rule: str, value: object) -> None:
         raise ValueError(f"{field} {rule}, got {value!r}")
 
 
+def normalise(instance: object, rule: Callable[[Any, str], Any], *names: str) -> None:
+    """Replace fields of a frozen dataclass by their checked values, ``rule(value, name)``."""
+    for name in names:
+        object.__setattr__(instance, name, rule(getattr(instance, name), name))
+
+
+def optional(rule: Callable[[Any, str], Any]) -> Callable[[Any, str], Any]:
+    """Return a rule that accepts None besides the values of another rule."""
+    return lambda value, field: None if value is None else rule(value, field)
+
+
 @contextmanager
 def fields_named(prefix: str = "", **names: str) -> Iterator[None]:
-    """Let the errors of a part speak of a whole's fields: ``fields_named("rate_")`` around its making.
+    """Translate field names in the errors of a part into those of the whole: ``fields_named("rate_")``.
 
     Parameters
     ----------
     prefix
-        What the whole puts before the names of the part's fields.
+        Prefix of the whole in front of the names of the part's fields.
     **names
-        The whole's name of a field, where it is another.
+        The whole's name of a field, if it is not the prefixed one.
     """
     try:
         yield
@@ -116,14 +128,34 @@ def unit_quaternion(values: Sequence[float], field: str) -> Vector:
     return quaternion if abs(norm - 1.0) < 1e-15 else tuple(value / norm for value in quaternion)
 
 
-def interval(value: Interval, field: str) -> Interval:
-    """Return a checked interval: a float, or a pair (low, high) with low <= high."""
+def interval(
+    value: Interval, field: str, low: float = -math.inf, high: float = math.inf, above: float = -math.inf
+) -> Interval:
+    """Return a checked interval: a float, or a pair in rising order, in [low, high] and larger than ``above``."""
     if isinstance(value, (tuple, list)):
         require(len(value) == 2, field, "must be a number or a pair (low, high)", value)
-        low, high = finite(value[0], field), finite(value[1], field)
-        require(low <= high, field, "must have low <= high", value)
-        return (low, high)
-    return finite(value, field)
+        checked: Interval = (finite(value[0], field), finite(value[1], field))
+    else:
+        checked = finite(value, field)
+    least, largest = bounds(checked)
+    require(least <= largest, field, "must have low <= high", value)
+    if high < math.inf:
+        rule = f"must stay within [{low:g}, {'pi' if high == math.pi else f'{high:g}'}]"
+    else:
+        rule = "must not be negative" if low == 0.0 else f"must not be below {low:g}"
+    require(low <= least and largest <= high, field, rule, value)
+    require(above < least, field, "must be positive" if above == 0.0 else f"must exceed {above:g}", value)
+    return checked
+
+
+def non_negative_interval(value: Interval, field: str) -> Interval:
+    """Return a checked interval without negative values."""
+    return interval(value, field, low=0.0)
+
+
+def positive_interval(value: Interval, field: str) -> Interval:
+    """Return a checked interval of positive values."""
+    return interval(value, field, above=0.0)
 
 
 def intervals(values: Sequence[Interval], field: str) -> Intervals:

@@ -8,7 +8,6 @@ import numpy as np
 
 from ftac_gym.envs.rendering.snapshot import Snapshot, snapshots
 from ftac_gym.faults import Fault
-from ftac_gym.faults.distribution import check_kinds
 from ftac_gym.faults.live import add_fault, clear_faults
 from ftac_gym.policies import PolicyRunner, resolve
 from ftac_gym.task.episodes import Episodes
@@ -78,7 +77,7 @@ class Flight:
             If the fault of a wheel names none, or one that the craft does not have, or does not fit the wheels.
         """
         simulator, wheels = self._batch.simulator, self.scenario.spacecraft.wheels
-        check_kinds((fault,), wheels)
+        fault.check(wheels)
         simulator.set_faults(add_fault(simulator.faults, 0, fault, self.time, wheels.torque_limits, random))
 
     def repair(self, wheel: int | None) -> None:

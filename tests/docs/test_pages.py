@@ -62,7 +62,7 @@ def test_every_module_has_a_page_and_packages_list_what_they_hold():
     assert "ftac_gym.envs.single" in known
     assert not any("._" in name for name in known)
     page = api.page("ftac_gym.faults", known)
-    assert ":doc:`ftac_gym.faults.bias`" in page
+    assert ":doc:`ftac_gym.faults.wheel_faults`" in page
     assert ":py:obj:`~ftac_gym.faults.Bias`" in page
     assert "KINDS" not in page  # defined there, hence documented there
 

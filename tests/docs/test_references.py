@@ -37,8 +37,8 @@ def test_links_in_text():
 
 
 def test_names_are_found_where_they_are_defined():
-    assert find("ftac_gym.faults.Bias") == ("ftac_gym.faults", "ftac_gym.faults.bias.Bias")
-    assert find("ftac_gym.faults.bias.Bias.draw") is not None
+    assert find("ftac_gym.faults.Bias") == ("ftac_gym.faults", "ftac_gym.faults.wheel_faults.Bias")
+    assert find("ftac_gym.faults.wheel_faults.Bias.draw") is not None
     assert find("ftac_gym.scenarios.SPLITS") == ("ftac_gym.scenarios", "ftac_gym.scenarios.SPLITS")
     assert find("ftac_gym.faults.Nothing") is None
     assert find("ftac_gym.nothing") is None

@@ -3,8 +3,7 @@
 import pytest
 
 from ftac_gym.faults import KINDS, AttitudeSpike, Bias, LossOfEffectiveness, Seizure, SensorFault, StarTrackerOutage
-from ftac_gym.faults.examples import EXAMPLES
-from ftac_gym.faults.specification import SAMPLES, name_of, parse
+from ftac_gym.faults.specification import EXAMPLES, SAMPLES, name_of, parse
 
 
 def test_kind_wheel_and_onset():
@@ -44,7 +43,7 @@ def test_the_samples_of_the_message_are_understood(text):
         ("seizure@15", "fault needs a WHEEL, as in 'seizure:2@15', got 'seizure@15'"),
         ("seizure:two@15", "fault needs a WHEEL"),
         ("seizure:-1@15", "fault needs a WHEEL"),
-        ("gyro_bias_step:1@15", "fault strikes no wheel: write 'gyro_bias_step@15', got"),
+        ("gyro_bias_step:1@15", "fault affects no wheel: write 'gyro_bias_step@15', got"),
         ("seizure:2@soon", r"ONSET must be a number \[s\]"),
         ("seizure:2@", r"ONSET must be a number \[s\]"),
         ("seizure:2@15,break=3", r"seizure has the fields \[.*'brake'.*\], given as FIELD=VALUE, got 'break=3'"),

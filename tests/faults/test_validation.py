@@ -226,7 +226,7 @@ def test_source_rules(build, message):
 def test_more_fault_counts_than_wheels_are_refused():
     source = FaultDistribution(kinds=(Outage(),), fault_counts=(0.0, 0.0, 0.0, 1.0))
     source.check(WheelArray(np.eye(3), 0.2))
-    with pytest.raises(ValueError, match="fault_counts must not exceed the 2 wheels of the craft"):
+    with pytest.raises(ValueError, match="fault_counts must not exceed the 2 wheels of the spacecraft"):
         source.check(WheelArray(np.eye(3)[:, :2], 0.2))
 
 
