@@ -51,15 +51,6 @@ class Described:
     meaning: str = ""
 
 
-def _parameters(cls: type) -> dict[str, inspect.Parameter]:
-    """Return the parameters of a class, those that it hands on included."""
-    found: dict[str, inspect.Parameter] = {}
-    for base in reversed(cls.__mro__):
-        if base is not object:
-            found |= inspect.signature(base.__init__).parameters  # type: ignore[misc]
-    return found
-
-
 def described(name: str, scenario: Scenario) -> dict[str, Described]:
     """Return what the code says of each gain of a baseline, those of its parts included."""
     parts: dict[str, type] = {"": baselines.baseline_class(name), "bound.": PrescribedBound}
@@ -68,7 +59,7 @@ def described(name: str, scenario: Scenario) -> dict[str, Described]:
         parts["observer."] = type(observers.make(kind, scenario, Memory(1)))
     found: dict[str, Described] = {}
     for part, cls in parts.items():
-        known = _parameters(cls)
+        known = inspect.signature(cls).parameters
         for gain, meaning in field_meanings(cls).items():
             if gain in known:
                 item = known[gain]

@@ -1,4 +1,4 @@
-"""The interface of every analytical policy."""
+"""The interface of every analytical policy, and its adapter to Stable-Baselines3's ``predict``."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.baselines.estimate import FaultEstimate
-from ftac_gym.baselines.gains import SearchSpace, flat, nested
+from ftac_gym.baselines.gains import SearchSpace
 from ftac_gym.baselines.interface import as_action, measurement_of
 from ftac_gym.baselines.memory import Memory
+from ftac_gym.baselines.tunable import Tunable
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, require
@@ -20,82 +21,83 @@ from ftac_gym.utils.parameters import FloatArray, require
 BoolArray = npt.NDArray[np.bool_]
 
 
-class Baseline(ABC):
-    """A digital controller of N craft: one call per control period, its output held until the next.
+class Baseline(Tunable, ABC):
+    """A digital controller of N spacecraft: one call per control period, its output held until the next.
 
-    It is built from the scenario's nominal parameters and never sees the true ones.
+    It is built from the scenario's nominal parameters and never receives the true ones. A subclass has the equations in
+    :meth:`act`, its gains as a dataclass (:mod:`~ftac_gym.baselines.gains`) and its state in :attr:`memory`.
 
     Parameters
     ----------
     scenario
         The task.
     num_spacecraft
-        Number of craft N.
+        Number of spacecraft N.
+    **gains
+        Gains that differ from the defaults.
+
+    Raises
+    ------
+    TypeError
+        If a gain is unknown.
+    ValueError
+        If a gain breaks a rule, or the baseline does not fit the scenario.
     """
 
     information: str = "attitude"
-    """The tier of information it uses: attitude, telemetry or oracle."""
-    search_space: ClassVar[SearchSpace] = {}
-    """Where a tuner looks for the gains of the law itself."""
-    shares: ClassVar[Mapping[str, tuple[str, str]]] = {}
-    """Gains that are searched as a share of another, which limits them: share: (gain, the gain that limits it)."""
-    schedulable: ClassVar[Mapping[str, tuple[float, float]]] = {}
-    """Gains that may change while the law runs, each with its usual bounds: see :meth:`schedule`."""
+    """Tier of the information that it uses: attitude, telemetry or oracle."""
+    rest_only: ClassVar[str] = ""
+    """Reason why the reference must be at rest; empty for a baseline that follows a moving one."""
+    needs_torque_limits: ClassVar[bool] = False
+    """Whether every wheel must have a torque limit."""
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1) -> None:
+    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
+        super().__init__(**gains)
         require(isinstance(scenario, Scenario), "scenario", "must be a Scenario", scenario)
         whole = isinstance(num_spacecraft, (int, np.integer)) and num_spacecraft > 0
         require(whole, "num_spacecraft", "must be a positive integer", num_spacecraft)
+        reference, wheels = scenario.reference, scenario.spacecraft.wheels
+        rule = f"must be at rest: {self.rest_only}"
+        require(not (self.rest_only and reference.moving), "reference", rule, type(reference).__name__)
+        limited = not self.needs_torque_limits or bool(np.isfinite(wheels.torque_limits).all())
+        require(limited, "torque_limit", "must be finite for every wheel", wheels.torque_limits.tolist())
         self.scenario = scenario
         self.num_spacecraft = int(num_spacecraft)
         self.memory = Memory(self.num_spacecraft)
-        """All that the baseline and its observers carry from one call to the next."""
+        """State of the baseline and its observers between two calls."""
+        self.scheduled: Any = self.gains
+        """The gains in use: :attr:`gains`, with arrays (N, 1) for those that are scheduled."""
+        self._inertia = scenario.spacecraft.inertia_matrix
+        self._torque_limits = wheels.torque_limits
+        self._period = scenario.control_period
+        self._moving = reference.moving
 
     @classmethod
     def space(cls, **gains: Any) -> SearchSpace:
-        """Return where a tuner looks, for the variant of the law that has these gains."""
+        """Return the ranges that a tuner searches, for the variant with these gains."""
         return cls.search_space
-
-    @classmethod
-    def gains_at(cls, point: Mapping[str, float]) -> dict[str, Any]:
-        """Return the gains at a point of the search space."""
-        gains = nested(point)
-        for share, (gain, limit) in cls.shares.items():
-            gains[gain] = gains[limit] * gains.pop(share)
-        return gains
-
-    @classmethod
-    def point_of(cls, gains: Mapping[str, Any]) -> dict[str, float]:
-        """Return the point of the search space that has these gains, as far as they say: what :meth:`gains_at` undoes.
-
-        Gains that are no numbers, or are not given, are left out.
-        """
-        point = flat(gains)
-        for share, (gain, limit) in cls.shares.items():
-            point[share] = point.pop(gain) / point[limit]
-        return point
 
     @abstractmethod
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m], within their limits."""
 
     def reset(self, mask: BoolArray | None = None) -> None:
-        """Forget the past of the craft in the mask (N,), or of all; the others are left untouched."""
+        """Set the memory of the spacecraft in the mask (N,), or of all, to its initial values."""
         chosen = np.ones(self.num_spacecraft, dtype=np.bool_) if mask is None else np.asarray(mask)
         valid = chosen.shape == (self.num_spacecraft,) and chosen.dtype == np.bool_
         require(valid, "mask", f"must be a boolean array of shape ({self.num_spacecraft},)", mask)
         self.memory.reset(chosen)
 
     def schedule(self, gains: Mapping[str, FloatArray]) -> None:
-        """Set gains for the coming calls of :meth:`act`, by craft; those that are left out are the law's own again.
+        """Set gains for the coming calls of :meth:`act`, by spacecraft; those left out return to :attr:`gains`.
 
-        They are an input, not a memory: a reset leaves them alone.
+        They are an input, no state: a reset does not change them.
 
         Parameters
         ----------
         gains
             Values (N,) by the name of the gain, one of :attr:`schedulable`. Gains that are searched as a share of
-            another are scheduled so too: they follow what limits them.
+            another are scheduled so too: they follow the gain that limits them.
 
         Raises
         ------
@@ -114,14 +116,16 @@ class Baseline(ABC):
             self._schedule(columns)
 
     def _schedule(self, gains: Mapping[str, FloatArray]) -> None:
-        """Use checked gains, each (N, 1): what a law with schedulable gains says."""
-        raise NotImplementedError(f"{type(self).__name__} must say how it uses its schedulable gains")
+        """Use checked gains, each (N, 1); overridden where more than :attr:`scheduled` depends on them."""
+        if not self.gains.schedulable():
+            raise NotImplementedError(f"{type(self).__name__} must override _schedule, or have a dataclass of gains")
+        self.scheduled = self.gains.scheduled(gains)
 
     def act_only(self, measurement: Measurement, mask: BoolArray) -> FloatArray:
-        """Act for the craft in the mask (N,) alone: the memory of the others is kept, their rows mean nothing."""
+        """Act for the spacecraft in the mask (N,) alone: the memory of the others is kept, their rows are undefined."""
         before = self.memory.copy()
         if mask.any():
-            # The others do what the first of these does, so that nothing of theirs can be refused.
+            # The others repeat the first of these, so that no measurement of theirs can raise an error.
             rows = np.where(mask, np.arange(self.num_spacecraft), np.argmax(mask))
             measurement = measurement.take(rows)
             self.memory.restore({name: array[rows] for name, array in before.items()}, ~mask)
@@ -140,7 +144,7 @@ class Baseline(ABC):
         Parameters
         ----------
         env
-            A single, vector or SB3 vector environment of this package, wrapped or not, with as many craft.
+            A single, vector or SB3 vector environment of this package, wrapped or not, of as many spacecraft.
         """
         return BaselinePolicy(self, env)
 
@@ -148,14 +152,14 @@ class Baseline(ABC):
 class BaselinePolicy:
     """Stable-Baselines3's ``predict`` for a baseline.
 
-    The observation is ignored: a baseline reads the measurement behind it, which holds the same knowledge.
+    The observation is ignored: a baseline reads the measurement behind it, which has the same information.
 
     Parameters
     ----------
     baseline
-        The baseline; its number of craft must be that of the environment.
+        The baseline; its number of spacecraft must be that of the environment.
     env
-        Where the measurements come from.
+        The source of the measurements.
     """
 
     def __init__(self, baseline: Baseline, env: Any) -> None:
@@ -175,20 +179,18 @@ class BaselinePolicy:
         Parameters
         ----------
         observation
-            (size,) or (N, size); only its number of axes is looked at.
+            (size,) or (N, size); only its number of axes is used.
         state
             Ignored: the state is in the baseline.
         episode_start
-            (N,) which craft have just been reset, so that the measurement is the first of their episode; None takes
-            those whose clock stands at zero. In NEXT_STEP mode that is one call after the one that ended the episode.
+            (N,) flags of the spacecraft whose measurement is the first of their episode; None takes those whose time is
+            zero. In NEXT_STEP mode that is one call after the call that ended the episode.
         deterministic
             Ignored: a baseline always is.
         """
         measurement = measurement_of(self.env, truth=self.baseline.information == "oracle")
-        craft = self.baseline.num_spacecraft
-        require(
-            len(measurement) == craft, "num_spacecraft", f"must be that of the environment, {len(measurement)}", craft
-        )
+        count, rule = self.baseline.num_spacecraft, f"must be that of the environment, {len(measurement)}"
+        require(len(measurement) == count, "num_spacecraft", rule, count)
         started = measurement.time == 0.0 if episode_start is None else np.atleast_1d(episode_start).astype(np.bool_)
         if started.any():
             self.baseline.reset(started)

@@ -1,13 +1,49 @@
-"""Where the gains of a law may lie: what a tuner searches."""
+"""Gains as data: one frozen dataclass per baseline, from whose fields all else about its gains is derived.
+
+A baseline declares a dataclass of gains and takes an instance of it, which holds the defaults, as its class attribute::
+
+    @dataclass(frozen=True)
+    class RateDamperGains(Gains):
+        \"\"\"Gains of :class:`RateDamper`.\"\"\"
+
+        rate_gain: float = gain(2.0, "Damping", "1/s", positive, search=Range(0.5, 8.0), schedule=(1.0, 6.0))
+        floor: float = gain(0.1, "Smallest torque", "N m", non_negative)
+
+
+    class RateDamper(Baseline):
+        \"\"\"Damping of the body rate.\"\"\"
+
+        gains = RateDamperGains()
+
+        def act(self, measurement):
+            torque = -self.scheduled.rate_gain * measurement.rate @ self._inertia
+            ...
+
+``RateDamper(scenario, 4, rate_gain=3.0)`` checks the values by the rules of the fields and stores them as
+``self.gains``; ``self.scheduled`` has the same fields, with arrays (N, 1) for the gains that are scheduled. The class
+gets from the fields its signature, the section Parameters of its docstring, ``search_space``, ``shares`` and
+``schedulable`` (:mod:`~ftac_gym.baselines.tunable`). What remains to be written:
+
+- the equations, in the docstring of the class, which ends before the section Parameters;
+- rules between several gains, in ``__post_init__`` of the dataclass after ``super().__post_init__()``;
+- rules between gains and scenario, in ``__init__`` of the class after ``super().__init__``.
+
+A dataclass extends that of its base class by inheritance. There :meth:`Gains.changed` gives an inherited gain another
+default, search range or text at its old place, and :func:`fixed` takes it out of the signature. The order of the fields
+is that of the actions of :class:`~ftac_gym.wrappers.GainScheduling`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from copy import copy
+from dataclasses import Field, dataclass, fields
+from dataclasses import field as dataclass_field
+from typing import Any, Self
 
 import numpy as np
 
+from ftac_gym.baselines.rules import Rule, text_of
 from ftac_gym.utils.parameters import FloatArray, require
 
 
@@ -37,9 +73,155 @@ class Range:
         require(self.low < self.high, "low", f"must be below high = {self.high!r}", self.low)
         require(not self.log or self.low > 0.0, "low", "must be positive on a logarithmic scale", self.low)
 
+    def __str__(self) -> str:
+        """Return the interval in words."""
+        return f"from {self.low:g} to {self.high:g}{', logarithmic' if self.log else ''}"
+
 
 SearchSpace = Mapping[str, Range]
 """Ranges by the name of the gain; ``"part.gain"`` is a gain of a part, such as the observer."""
+
+
+@dataclass(frozen=True)
+class Share:
+    """A gain as a share of another gain, which limits it: searched and scheduled instead of the gain itself.
+
+    Parameters
+    ----------
+    name
+        Name of the share in search space and schedule.
+    of
+        The gain that limits it.
+    """
+
+    name: str
+    of: str
+
+
+def gain(
+    default: Any,
+    meaning: str = "",
+    unit: str = "",
+    rule: Rule | None = None,
+    search: Range | SearchSpace | None = None,
+    schedule: tuple[float, float] | None = None,
+    share: Share | None = None,
+) -> Any:
+    """Return the dataclass field of a gain.
+
+    Parameters
+    ----------
+    default
+        Its default.
+    meaning
+        Its meaning: sentences without the last full stop.
+    unit
+        Its unit, which is shown after the first sentence.
+    rule
+        Check of its value, see :mod:`~ftac_gym.baselines.rules`; None takes every value.
+    search
+        Range for a tuner; of the share, if there is one; by the name of the gain, for the gains of a part.
+    schedule
+        Usual bounds within which the gain, or its share, may change from one control period to the next; None for a
+        gain that may not.
+    share
+        The share of another gain that is searched and scheduled instead.
+    """
+    metadata = {
+        "meaning": meaning, "unit": unit, "rule": rule, "search": search, "schedule": schedule, "share": share
+    }  # fmt: skip
+    return dataclass_field(default=default, metadata=metadata)
+
+
+def fixed(value: Any) -> Any:
+    """Return the dataclass field of an inherited gain that a subclass does not offer."""
+    return dataclass_field(default=value, init=False)
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Gains of a baseline or of an observer.
+
+    Raises
+    ------
+    ValueError
+        If a value breaks the rule of its field.
+    """
+
+    def __post_init__(self) -> None:
+        """Check every field by its rule and store the value that the rule returns."""
+        for item in fields(self):
+            if rule := item.metadata.get("rule"):
+                object.__setattr__(self, item.name, rule(getattr(self, item.name), item.name))
+
+    @classmethod
+    def offered(cls) -> tuple[Field[Any], ...]:
+        """Return the fields that a user can set."""
+        return tuple(item for item in fields(cls) if item.init)
+
+    @classmethod
+    def changed(cls, name: str, default: Any = ..., **metadata: Any) -> Any:
+        """Return an inherited gain with another default or other arguments of :func:`gain`."""
+        item = next(item for item in fields(cls) if item.name == name)
+        return gain(item.default if default is ... else default, **{**item.metadata, **metadata})
+
+    @classmethod
+    def shares(cls) -> dict[str, tuple[str, str]]:
+        """Return the shares: name of the share to the gain and the gain that limits it."""
+        found = ((item.name, item.metadata.get("share")) for item in cls.offered())
+        return {share.name: (name, share.of) for name, share in found if share is not None}
+
+    @classmethod
+    def search_space(cls) -> dict[str, Range]:
+        """Return the ranges that a tuner searches, by the name of the gain, its share, or ``"part.gain"``."""
+        space: dict[str, Range] = {}
+        for item in cls.offered():
+            search = item.metadata.get("search")
+            if isinstance(search, Mapping):
+                space.update({f"{item.name}.{name}": part for name, part in search.items()})
+            elif search is not None:
+                space[_searched(item)] = search
+        return space
+
+    @classmethod
+    def schedulable(cls) -> dict[str, tuple[float, float]]:
+        """Return the usual bounds of the gains that may be scheduled, by the name of the gain or of its share."""
+        return {_searched(item): bounds for item in cls.offered() if (bounds := item.metadata.get("schedule"))}
+
+    def scheduled(self, values: Mapping[str, FloatArray]) -> Self:
+        """Return gains with arrays (N, 1) in place of some numbers, unchecked; shares follow their limits.
+
+        Parameters
+        ----------
+        values
+            Arrays (N, 1) by the name of the gain or of its share.
+        """
+        result = copy(self)
+        for name, (gain, limit) in self.shares().items():
+            own, own_limit = getattr(self, gain), getattr(self, limit)
+            if name in values or limit in values:
+                now = values.get(limit, own_limit)
+                value = scheduled_share(own, own_limit, values.get(name, own / own_limit), now)
+                object.__setattr__(result, gain, value)
+        for name in values.keys() - self.shares().keys():
+            object.__setattr__(result, name, values[name])
+        return result
+
+
+def _searched(item: Field[Any]) -> str:
+    share = item.metadata.get("share")
+    return item.name if share is None else str(share.name)
+
+
+def description(item: Field[Any]) -> str:
+    """Return the meaning of a gain with its unit and its rule, in sentences."""
+    data = item.metadata
+    first, stop, rest = data.get("meaning", "").partition(". ")
+    unit = f" [{data['unit']}]" if data.get("unit") else ""
+    text = f"{first}{unit}{stop}{rest}."
+    rule = data.get("rule")
+    words = text_of(rule) if rule is not None else ""
+    return text if words in ("", "flag", "mapping", "finite") else f"{text} {words[0].upper()}{words[1:]}."
 
 
 def nested(point: Mapping[str, float]) -> dict[str, Any]:
@@ -55,7 +237,7 @@ def nested(point: Mapping[str, float]) -> dict[str, Any]:
 
 
 def flat(gains: Mapping[str, Any]) -> dict[str, float]:
-    """Return the numbers among gains under their names in a search space, what :func:`nested` undoes."""
+    """Return the numbers among gains under their names in a search space: the inverse of :func:`nested`."""
     point: dict[str, float] = {}
     for name, value in gains.items():
         if isinstance(value, Mapping):
@@ -71,17 +253,17 @@ def scheduled_share(own: float, limit: float, share: float | FloatArray, now: fl
     Parameters
     ----------
     own, limit
-        The gain and its limit as the law has them.
+        The gain and its limit without a schedule.
     share
-        The share wanted; ``own / limit`` gives back the gain to the bit where the limit is the law's.
+        The scheduled share; ``own / limit`` gives back the gain to the bit where the limit is unchanged.
     now
-        The limit wanted.
+        The scheduled limit.
     """
     return np.where(share == own / limit, own, share * limit) * (now / limit)
 
 
 def merged(*layers: Mapping[str, Any]) -> dict[str, Any]:
-    """Return gains in which later layers go before earlier ones, part by part."""
+    """Return gains in which later layers replace earlier ones, part by part."""
     gains: dict[str, Any] = {}
     for layer in layers:
         for name, value in layer.items():

@@ -20,7 +20,7 @@ from ftac_gym.baselines.controllers.hsfc import HSFC
 from ftac_gym.baselines.controllers.nftsm import NFTSM
 from ftac_gym.baselines.controllers.pd import PD, PDDisturbanceObserver
 from ftac_gym.baselines.controllers.pd_shaped import ShapedPD
-from ftac_gym.baselines.controllers.predefined_time import PredefinedTimeLaw
+from ftac_gym.baselines.controllers.predefined_time import PredefinedTimeController
 from ftac_gym.baselines.controllers.prescribed_performance import PrescribedPerformance
 from ftac_gym.baselines.controllers.ptc import PTC
 from ftac_gym.baselines.controllers.raftsmc_class import RAFTSMCClass
@@ -63,12 +63,15 @@ def _sampled(name: str, baseline: type[Baseline], observer: str, gains: Mapping[
 
 
 _PUBLISHED: dict[str, Any] = {"design": "published", "torque_bound": 2.0}
+_LEARNING: dict[str, Any] = {"first": 2.0, "second": 2.0, "full_torque": 0.1}
 
 ENTRIES: dict[str, Entry] = {
     "pd": Entry(PD),
     "pd_dob": Entry(PDDisturbanceObserver),
     **_sampled("nftsm", NFTSM, "asmo", {}),
-    **_sampled("predefined_time", PredefinedTimeLaw, "lo_corrected", {"first": 2.0, "second": 2.0, "full_torque": 0.1}),
+    **_sampled(
+        "predefined_time", PredefinedTimeController, "lo_corrected", {"first": 2.0, "second": 2.0, "full_torque": 0.1}
+    ),
     **_published("zhang_zhou_stabilisation", ZhangZhouStabilisation, "asmo"),
     **_published("zhang_zhou_tracking", ZhangZhouTracking, "asmo"),
     **_published("ptc", PTC, "lo_corrected"),
@@ -215,14 +218,9 @@ def defaults(name: BaselineLike) -> dict[str, Any]:
         If the name is unknown.
     """
     entry = _entry(name)
-    gains: dict[str, Any] = {}
-    for base in entry.baseline.__mro__:
-        parameters = inspect.signature(base.__init__).parameters.values()  # type: ignore[misc]
-        for parameter in parameters:
-            if parameter.default is not parameter.empty and parameter.name != "num_spacecraft":
-                gains.setdefault(parameter.name, parameter.default)
-        if not any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters):
-            break
+    parameters = inspect.signature(entry.baseline).parameters.values()
+    gains = {item.name: item.default for item in parameters if item.default is not item.empty}
+    gains.pop("num_spacecraft", None)
     return merged(gains, entry.gains)
 
 

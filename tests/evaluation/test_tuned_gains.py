@@ -29,7 +29,7 @@ def test_stored_gains_are_data_with_their_provenance(tmp_path, monkeypatch):
     }.items()  # fmt: skip
     assert "cmaes" in provenance["sampler"] and str(tmp_path) not in path.read_text()
     baseline = baselines.make("pd", TINY, gains="tuned")
-    assert baseline._rate_gain == result.gains["rate_gain"]
+    assert baseline.gains.rate_gain == result.gains["rate_gain"]
     explicit = rollout(TINY, DeferredBaseline("pd", **result.gains), seed=1, count=2)
     named = rollout(TINY, DeferredBaseline("pd", gains="tuned"), seed=1, count=2)
     np.testing.assert_array_equal(named.command, explicit.command)

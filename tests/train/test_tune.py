@@ -81,7 +81,7 @@ def test_it_stores_what_it_finds(stored, tmp_path, capsys, monkeypatch):
     search = Search("pd", scenarios.get("flagship"), episodes=2)
     record = tuned.record("pd")
     gains, provenance = record["gains"], record["provenance"]
-    assert baselines.make("pd", scenarios.get("flagship"), gains="tuned")._rate_gain == gains["rate_gain"]
+    assert baselines.make("pd", scenarios.get("flagship"), gains="tuned").gains.rate_gain == gains["rate_gain"]
     assert f"gains: {json.dumps(gains)}" in printed and "default on fresh episodes: success" in printed
     assert provenance["command"] == "python train/tune.py --baseline pd --trials 2 --episodes 2 --store"
     assert provenance["trials"] == 2 and provenance["commit"] == commit(SCRIPTS)

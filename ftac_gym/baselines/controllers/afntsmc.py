@@ -9,14 +9,14 @@ import numpy as np
 from ftac_gym.baselines.components.adaptation import LeakyAdaptation
 from ftac_gym.baselines.components.reaching import PowerReaching
 from ftac_gym.baselines.components.surfaces import NonsingularTerminalSurface
-from ftac_gym.baselines.controllers.hybrid import HybridLaw
+from ftac_gym.baselines.controllers.hybrid import HybridController
 from ftac_gym.baselines.gains import Range, SearchSpace
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, fields_named, positive
 
 
-class AFNTSMC(HybridLaw):
+class AFNTSMC(HybridController):
     """Eqs. (45)-(52) of Ma et al. 2023.
 
         S = w_e + k2 e_v + k3 S_au(e_v),  S_au = sig(e)^nu outside |e| = bound, a parabola inside

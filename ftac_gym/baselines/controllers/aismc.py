@@ -9,14 +9,14 @@ import numpy as np
 from ftac_gym.attitude import cross
 from ftac_gym.baselines.components.relative_motion import RelativeMotion
 from ftac_gym.baselines.components.takagi_sugeno import TriangularSets
-from ftac_gym.baselines.controllers.flexible import FlexibleLaw, scheduled_feedback
+from ftac_gym.baselines.controllers.flexible import FlexibleController, scheduled_feedback
 from ftac_gym.baselines.gains import Range, SearchSpace
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
 
-class AISMC(FlexibleLaw):
+class AISMC(FlexibleController):
     """Eqs. (70), (71) of Li et al. 2023, after Li, Liu and Shi 2020.
 
         torque = -(sum h_i |K_i s| + sigma + |S|) s / (|s| + layer) - g(s)
@@ -37,7 +37,7 @@ class AISMC(FlexibleLaw):
     margin, layer
         sigma [N m] and sigma' [rad/s].
     limit, short_way, attitude_filter_time
-        See :class:`~ftac_gym.baselines.controllers.flexible.FlexibleLaw`.
+        See :class:`~ftac_gym.baselines.controllers.flexible.FlexibleController`.
 
     Raises
     ------

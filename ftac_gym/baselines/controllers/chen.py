@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from ftac_gym.baselines.components.double_cover import HybridError
-from ftac_gym.baselines.controllers.direct import DirectLaw
+from ftac_gym.baselines.controllers.direct import DirectController
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, require
 
 
-class ChenLaw(DirectLaw):
+class ChenController(DirectController):
     """A law on sigma of the attitude error and w, for a reference at rest.
 
     Parameters

@@ -13,7 +13,7 @@ from ftac_gym.baselines.components.error_transformation import Transformed
 from ftac_gym.baselines.components.fuzzy import FuzzyApproximator
 from ftac_gym.baselines.components.reaching import PowerReaching
 from ftac_gym.baselines.components.surfaces import signed_power
-from ftac_gym.baselines.controllers.chen import ChenLaw
+from ftac_gym.baselines.controllers.chen import ChenController
 from ftac_gym.baselines.controllers.prescribed import PrescribedError
 from ftac_gym.baselines.gains import Range, SearchSpace
 from ftac_gym.task.measurement import Measurement
@@ -25,7 +25,7 @@ FILTER_STARTS = ("zero", "virtual")
 """Where the command filter starts: at zero, or at the virtual control."""
 
 
-class ChenM1(ChenLaw):
+class ChenM1(ChenController):
     """Eqs. (21)-(45), corrected.
 
     With epsilon, r and theta_t of :class:`~ftac_gym.baselines.components.error_transformation.ErrorTransformation` and

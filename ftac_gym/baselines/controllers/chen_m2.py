@@ -6,14 +6,14 @@ from typing import ClassVar
 
 from ftac_gym.attitude import angular_velocity_from_mrp
 from ftac_gym.baselines.components.fuzzy import FuzzyApproximator
-from ftac_gym.baselines.controllers.chen import ChenLaw
+from ftac_gym.baselines.controllers.chen import ChenController
 from ftac_gym.baselines.gains import Range, SearchSpace
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, positive
 
 
-class ChenM2(ChenLaw):
+class ChenM2(ChenController):
     """Eqs. (64)-(66), corrected: a = -k1 G^-1 sigma, z2 = w - a, v = J0 [-k2 z2 - theta P'P z2 / (2 h^2)].
 
     theta and P are those of :class:`~..components.fuzzy.FuzzyApproximator` on (w, a); its inputs are not printed.
@@ -28,7 +28,7 @@ class ChenM2(ChenLaw):
     fuzzy_width, fuzzy_gain, fuzzy_leak
         h, lambda, m1.
     shadow_switch
-        See :class:`~ftac_gym.baselines.controllers.chen.ChenLaw`.
+        See :class:`~ftac_gym.baselines.controllers.chen.ChenController`.
     attitude_filter_time
         Time constant of the attitude filter [s]; zero for none.
 

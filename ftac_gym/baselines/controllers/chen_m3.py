@@ -9,14 +9,14 @@ import numpy as np
 from ftac_gym.baselines.components.adaptation import LeakyAdaptation
 from ftac_gym.baselines.components.reaching import PowerReaching
 from ftac_gym.baselines.components.surfaces import NonsingularTerminalSurface
-from ftac_gym.baselines.controllers.chen import ChenLaw
+from ftac_gym.baselines.controllers.chen import ChenController
 from ftac_gym.baselines.gains import Range, SearchSpace
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, fields_named, positive
 
 
-class ChenM3(ChenLaw):
+class ChenM3(ChenController):
     """Eqs. (67)-(71), corrected.
 
         S = w + K1 sigma + K2 S_au(sigma),  S_au = sig(sigma)^r outside |sigma_i| = bound, a parabola inside
@@ -46,7 +46,7 @@ class ChenM3(ChenLaw):
     jump
         Whether v_ss has the term that makes it jump.
     shadow_switch
-        See :class:`~ftac_gym.baselines.controllers.chen.ChenLaw`.
+        See :class:`~ftac_gym.baselines.controllers.chen.ChenController`.
     attitude_filter_time
         Time constant of the attitude filter [s]; zero for none.
 

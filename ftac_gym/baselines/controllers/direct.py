@@ -11,7 +11,7 @@ from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray
 
 
-class DirectLaw(Baseline):
+class DirectController(Baseline):
     """Attitude filter, errors and wheels of a law; the torque is the law's own.
 
     Of three wheels each is limited by itself, as the papers have it. Redundant wheels get the command with the smallest

@@ -13,7 +13,7 @@ from ftac_gym.baselines import synthesis
 from ftac_gym.baselines.components.allocation import limit_each, scale_to_limits
 from ftac_gym.baselines.components.relative_motion import RelativeMotion, relative_motion
 from ftac_gym.baselines.components.takagi_sugeno import TakagiSugenoModel
-from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantLaw
+from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantController
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
@@ -22,7 +22,7 @@ from ftac_gym.utils.parameters import FloatArray, non_negative, require
 LIMITS = ("each", "sum")
 
 
-class FlexibleLaw(FaultTolerantLaw):
+class FlexibleController(FaultTolerantController):
     """A law for a body of inertia J - delta' delta that appendages pull at (Eqs. (35), (36) of Li et al. 2023).
 
     The momentum of the wheels is not in the paper's equations: where a scenario has it, what it does is a fault to the
@@ -40,7 +40,7 @@ class FlexibleLaw(FaultTolerantLaw):
     scenario, num_spacecraft
         As for every baseline.
     faults, observer
-        See :class:`~ftac_gym.baselines.controllers.fault_tolerant.FaultTolerantLaw`.
+        See :class:`~ftac_gym.baselines.controllers.fault_tolerant.FaultTolerantController`.
     slope
         beta [rad/s].
     limit
@@ -70,7 +70,7 @@ class FlexibleLaw(FaultTolerantLaw):
         short_way: bool,
         attitude_filter_time: float,
     ) -> None:
-        super().__init__(scenario, num_spacecraft, faults, observer)
+        super().__init__(scenario, num_spacecraft, faults=faults, observer=observer)
         require(limit in LIMITS, "limit", f"must be one of {list(LIMITS)}", limit)
         self._slope = non_negative(slope, "slope")
         self._limit, self._short_way = limit, bool(short_way)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from ftac_gym.baselines.components.relative_motion import RelativeMotion
-from ftac_gym.baselines.controllers.flexible import FlexibleLaw
+from ftac_gym.baselines.controllers.flexible import FlexibleController
 from ftac_gym.baselines.gains import Range, SearchSpace
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
@@ -15,7 +15,7 @@ from ftac_gym.utils.parameters import FloatArray, positive, require
 COMPENSATIONS = ("printed", "gyroscopic")
 
 
-class FuzzyPD(FlexibleLaw):
+class FuzzyPD(FlexibleController):
     """Eq. (69) of Li et al. 2023: torque = -k_p q_ev - k_d w_e - f^ - d^ - (what is compensated).
 
     Printed, all of g(s) is compensated, which adds (J - delta' delta) beta / 2 to the damping: with the paper's numbers
@@ -26,7 +26,7 @@ class FuzzyPD(FlexibleLaw):
     scenario, num_spacecraft
         As for every baseline.
     faults, observer
-        See :class:`~ftac_gym.baselines.controllers.fault_tolerant.FaultTolerantLaw`.
+        See :class:`~ftac_gym.baselines.controllers.fault_tolerant.FaultTolerantController`.
     position_gain, rate_gain
         k_p [N m] and k_d [N m s].
     compensation
@@ -34,7 +34,7 @@ class FuzzyPD(FlexibleLaw):
     slope
         beta of g(s) [rad/s].
     limit, short_way, attitude_filter_time
-        See :class:`~ftac_gym.baselines.controllers.flexible.FlexibleLaw`.
+        See :class:`~ftac_gym.baselines.controllers.flexible.FlexibleController`.
 
     Raises
     ------

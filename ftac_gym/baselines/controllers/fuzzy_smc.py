@@ -9,14 +9,14 @@ import numpy as np
 
 from ftac_gym.baselines.components.relative_motion import RelativeMotion
 from ftac_gym.baselines.components.takagi_sugeno import TriangularSets
-from ftac_gym.baselines.controllers.flexible import FlexibleLaw, scheduled_feedback
+from ftac_gym.baselines.controllers.flexible import FlexibleController, scheduled_feedback
 from ftac_gym.baselines.gains import Range, SearchSpace
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
 
-class FuzzySMC(FlexibleLaw):
+class FuzzySMC(FlexibleController):
     """Eqs. (39), (40), (64) of Li et al. 2023.
 
         torque = sum h_i K_i s - sigma_1 s - sigma_2 s / (|s| + layer) - g(s) - f^ - d^,  s = w_e + beta q_ev
@@ -28,7 +28,7 @@ class FuzzySMC(FlexibleLaw):
     scenario, num_spacecraft
         As for every baseline.
     faults, observer
-        See :class:`~ftac_gym.baselines.controllers.fault_tolerant.FaultTolerantLaw`.
+        See :class:`~ftac_gym.baselines.controllers.fault_tolerant.FaultTolerantController`.
     design
         Where K_i [N m s/rad] is from: ``"published"`` (the paper's appendix) or ``"solved"`` (its matrix inequalities
         for this spacecraft).
@@ -41,7 +41,7 @@ class FuzzySMC(FlexibleLaw):
     scheduled
         Whether K_i is that of the rules that fire; else it is the mean of all, at any rate.
     limit, short_way, attitude_filter_time
-        See :class:`~ftac_gym.baselines.controllers.flexible.FlexibleLaw`.
+        See :class:`~ftac_gym.baselines.controllers.flexible.FlexibleController`.
 
     Raises
     ------

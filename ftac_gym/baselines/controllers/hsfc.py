@@ -9,7 +9,7 @@ import numpy as np
 
 from ftac_gym.baselines.components.reaching import saturation, soft_sign
 from ftac_gym.baselines.components.relative_motion import RelativeMotion
-from ftac_gym.baselines.controllers.hybrid import HybridLaw
+from ftac_gym.baselines.controllers.hybrid import HybridController
 from ftac_gym.baselines.gains import Range, SearchSpace
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
@@ -32,7 +32,7 @@ class _Errors(NamedTuple):
     variable: FloatArray
 
 
-class HSFC(HybridLaw):
+class HSFC(HybridController):
     """Eqs. (14)-(20), (43), corrected.
 
     With the error quaternion (e_v, e_4), the logic variable h and the adaptive gain g ("gamma"):

@@ -7,13 +7,13 @@ import numpy as np
 from ftac_gym.attitude import cross, rotate_to_body
 from ftac_gym.baselines.components.double_cover import HybridError
 from ftac_gym.baselines.components.relative_motion import RelativeMotion
-from ftac_gym.baselines.controllers.direct import DirectLaw
+from ftac_gym.baselines.controllers.direct import DirectController
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, non_negative
 
 
-class HybridLaw(DirectLaw):
+class HybridController(DirectController):
     """A law on e_v and h.
 
     Parameters

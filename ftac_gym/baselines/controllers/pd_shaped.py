@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,14 +15,36 @@ from ftac_gym.attitude import (
     rotation_vector_from_quaternion,
 )
 from ftac_gym.baselines.components.input_shaping import SIGNS, rest_to_rest, shaper_of
-from ftac_gym.baselines.controllers.pd import PDDisturbanceObserver
-from ftac_gym.baselines.gains import Range, SearchSpace
+from ftac_gym.baselines.controllers.pd import PDDisturbanceObserver, PDDisturbanceObserverGains
+from ftac_gym.baselines.gains import Range, gain
 from ftac_gym.baselines.memory import BoolArray
+from ftac_gym.baselines.rules import AtMost, Optional, Whole
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import FloatArray, positive, require
+from ftac_gym.utils.parameters import FloatArray
 
 _FIRST_AXIS = np.array([1.0, 0.0, 0.0])
+
+
+@dataclass(frozen=True)
+class ShapedPDGains(PDDisturbanceObserverGains):
+    """Gains of :class:`ShapedPD`."""
+
+    braking_share: float = PDDisturbanceObserverGains.changed("braking_share", schedule=(0.1, 1.0))
+    # Not scheduled: the plan, which is made once for a slew, has the same limit.
+    rate_limit: float = PDDisturbanceObserverGains.changed(
+        "rate_limit", meaning="Largest commanded rate, of the turn and of catching up with it", schedule=None
+    )
+    position_gain: float = PDDisturbanceObserverGains.changed("position_gain", schedule=(0.1, 0.8))
+    acceleration_share: float = gain(
+        0.5,
+        "Share of what healthy wheels can give about an axis that the turn, and the stop, use. The rest is for "
+        "feedback, weak wheels and the gyroscopic torque",
+        rule=AtMost(1.0),
+        search=Range(0.2, 0.9),
+    )
+    order: int = gain(2, "Order of the shaper of each mode: 1 for ZV, 2 for ZVD", rule=Whole(1))
+    shaped_modes: int | None = gain(None, "Number of modes to shape for, lowest first", rule=Optional(Whole(0)))
 
 
 class ShapedPD(PDDisturbanceObserver):
@@ -44,55 +66,19 @@ class ShapedPD(PDDisturbanceObserver):
     :class:`PD`: far from the plan this is ``pd_dob``, with no state that could wind up, and the plan waits at the set
     point.
 
-    Parameters
-    ----------
-    scenario, num_spacecraft, bandwidth, telemetry
-        As for :class:`PDDisturbanceObserver`.
-    acceleration_share
-        Share of what healthy wheels can give about an axis that the turn, and the stop, use. The rest is for feedback,
-        weak wheels and the gyroscopic torque.
-    order
-        Order of the shaper of each mode: 1 for ZV, 2 for ZVD.
-    shaped_modes
-        Number of modes to shape for, lowest first; None for all.
-    **gains
-        Those of :class:`PD`; ``rate_limit`` is that of the turn, and of catching up with it.
-
     Raises
     ------
     ValueError
         If the reference moves, a gain breaks a rule, or a wheel has no torque limit.
     """
 
-    search_space: ClassVar[SearchSpace] = {
-        **PDDisturbanceObserver.search_space,
-        "acceleration_share": Range(0.2, 0.9),
-    }
-    # Not the rate limit, which is the plan's too: that is made once for a slew.
-    schedulable: ClassVar = {
-        "braking_share": (0.1, 1.0),
-        "rate_gain": (3.0, 9.5),
-        "position_share": (0.1, 0.8),
-        "bandwidth": (0.5, 20.0),
-    }
+    gains = ShapedPDGains()
+    rest_only: ClassVar[str] = "the slew is planned to an attitude that stays"
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        num_spacecraft: int = 1,
-        acceleration_share: float = 0.5,
-        order: int = 2,
-        shaped_modes: int | None = None,
-        **gains: Any,
-    ) -> None:
-        rule = "must be at rest: the slew is planned to an attitude that stays"
-        require(not scenario.reference.moving, "reference", rule, type(scenario.reference).__name__)
+    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
         super().__init__(scenario, num_spacecraft, **gains)
-        self._share = positive(acceleration_share, "acceleration_share")
-        require(acceleration_share <= 1.0, "acceleration_share", "must not exceed 1", acceleration_share)
-        self._shaper = shaper_of(scenario.spacecraft.appendages, order, shaped_modes)
-        self._period = scenario.control_period
-        # What the PD law follows is the plan, which moves.
+        self._shaper = shaper_of(scenario.spacecraft.appendages, self.gains.order, self.gains.shaped_modes)
+        # The PD law follows the plan, which moves.
         self._moving = True
         memory = self.memory
         memory.add("slew_unplanned", (), initial=True)
@@ -155,7 +141,7 @@ class ShapedPD(PDDisturbanceObserver):
         before_stop = quaternion_product(set_point, _rotation(stop_axis, -stop_angle))
         to_turn = rotation_vector_from_quaternion(quaternion_product(quaternion_conjugate(attitude), before_stop))
         angle, axis = _length_and_direction(to_turn)
-        turn = rest_to_rest(angle, self._acceleration(axis), self._own["rate_limit"])
+        turn = rest_to_rest(angle, self._acceleration(axis), self.gains.rate_limit)
 
         switches = np.concatenate((turn.switches, stop_end[:, None]), axis=1)
         weights = np.zeros((len(angle), 5, 2))
@@ -186,7 +172,7 @@ class ShapedPD(PDDisturbanceObserver):
     def _acceleration(self, axis: FloatArray) -> FloatArray:
         """Return the share of the acceleration that healthy wheels can give about axes (n, 3), (n,) [rad/s^2]."""
         per_acceleration = np.abs(self._minimax(axis @ self._inertia)) / self._torque_limits
-        acceleration: FloatArray = self._share / per_acceleration.max(axis=1)
+        acceleration: FloatArray = self.gains.acceleration_share / per_acceleration.max(axis=1)
         return acceleration
 
 

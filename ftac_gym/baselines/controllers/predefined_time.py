@@ -8,14 +8,14 @@ from typing import Any, ClassVar
 from ftac_gym.attitude import angular_velocity_from_mrp, mrp_curvature, mrp_derivative
 from ftac_gym.baselines.components.predefined_time_gain import PredefinedTime, PredefinedTimeSliding
 from ftac_gym.baselines.components.reaching import switching
-from ftac_gym.baselines.controllers.relative import RelativeLaw
+from ftac_gym.baselines.controllers.relative import RelativeController
 from ftac_gym.baselines.gains import Range, SearchSpace
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, positive, require
 
 
-class PredefinedTimeLaw(RelativeLaw):
+class PredefinedTimeController(RelativeController):
     """The law of Cao, Gong and Han 2022 for control at some 10 Hz.
 
     With the error MRP sigma, V_a = |sigma|^2 / 2, s = sigma' + f_a sigma and V_b = |s|^2 / 2:
@@ -77,7 +77,9 @@ class PredefinedTimeLaw(RelativeLaw):
         switching_gain: float = 1e-4,
         attitude_filter_time: float = 1.0,
     ) -> None:
-        super().__init__(scenario, num_spacecraft, faults, observer, attitude_filter_time)
+        super().__init__(
+            scenario, num_spacecraft, faults=faults, observer=observer, attitude_filter_time=attitude_filter_time
+        )
         rule = f"must be below rate_gain = {rate_gain!r}"
         require(positive(position_gain, "position_gain") < rate_gain, "position_gain", rule, position_gain)
         with fields_named("position_"):

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from ftac_gym.baselines.components.error_transformation import Transformed
 from ftac_gym.baselines.components.reaching import PowerReaching
 from ftac_gym.baselines.controllers.prescribed import PrescribedError
-from ftac_gym.baselines.controllers.relative import RelativeLaw
+from ftac_gym.baselines.controllers.relative import RelativeController
 from ftac_gym.baselines.gains import Range, SearchSpace
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.prescribed_bound import PrescribedBound
@@ -16,7 +16,7 @@ from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, fields_named, positive
 
 
-class PrescribedPerformance(RelativeLaw):
+class PrescribedPerformance(RelativeController):
     """The error transformation of Chen et al. 2018 for control at some 10 Hz.
 
     With epsilon, r and theta of :class:`~..components.error_transformation.ErrorTransformation` for the error
@@ -82,7 +82,9 @@ class PrescribedPerformance(RelativeLaw):
         margin: float = 0.05,
         attitude_filter_time: float = 1.0,
     ) -> None:
-        super().__init__(scenario, num_spacecraft, faults, observer, attitude_filter_time)
+        super().__init__(
+            scenario, num_spacecraft, faults=faults, observer=observer, attitude_filter_time=attitude_filter_time
+        )
         self._attitude_gain = positive(attitude_gain, "attitude_gain")
         with fields_named("rate_", linear="rate_gain", exponent="power"):
             self._reaching = PowerReaching(rate_gain, rate_power_gain, power)

@@ -14,7 +14,7 @@ from ftac_gym.attitude import (
 from ftac_gym.baselines.components.allocation import limit_each
 from ftac_gym.baselines.components.predefined_time_gain import PredefinedTime, PredefinedTimeSliding
 from ftac_gym.baselines.components.reaching import switching
-from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantLaw
+from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantController
 from ftac_gym.baselines.gains import Range, SearchSpace
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
@@ -32,7 +32,7 @@ class _State(NamedTuple):
     target_rate: FloatArray | None
 
 
-class PTC(FaultTolerantLaw):
+class PTC(FaultTolerantController):
     """Predefined-time sliding mode, Eqs. (24)-(26), corrected.
 
     With z1 = sigma - sigma_d, z2 = z1', V_a = |z1|^2 / 2, s = z2 + xi, V_b = |s|^2 / 2:
@@ -106,7 +106,9 @@ class PTC(FaultTolerantLaw):
         layer: float = 0.0,
         smallest_effectiveness: float = 0.05,
     ) -> None:
-        super().__init__(scenario, num_spacecraft, faults, observer, smallest_effectiveness)
+        super().__init__(
+            scenario, num_spacecraft, faults=faults, observer=observer, smallest_effectiveness=smallest_effectiveness
+        )
         with fields_named("position_"):
             position = PredefinedTime(position_exponent, position_time, position_regularisation)
         with fields_named("rate_"):

@@ -10,14 +10,14 @@ from ftac_gym.attitude import cross
 from ftac_gym.baselines.components.adaptation import LeakyAdaptation
 from ftac_gym.baselines.components.relative_motion import RelativeMotion
 from ftac_gym.baselines.components.surfaces import NonsingularTerminalSurface, signed_power
-from ftac_gym.baselines.controllers.flexible import FlexibleLaw
+from ftac_gym.baselines.controllers.flexible import FlexibleController
 from ftac_gym.baselines.gains import Range, SearchSpace
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, positive, require
 
 
-class RAFTSMCClass(FlexibleLaw):
+class RAFTSMCClass(FlexibleController):
     """A fixed-time terminal surface, a two-power reaching law and an adaptive bound.
 
         S = w_e + k1 sig(q_ev)^r1 + k2 S_au(q_ev),  S_au = sig(q)^r2 outside |q| = phi, a parabola inside
@@ -48,7 +48,7 @@ class RAFTSMCClass(FlexibleLaw):
     layer
         e [rad/s].
     limit, short_way, attitude_filter_time
-        See :class:`~ftac_gym.baselines.controllers.flexible.FlexibleLaw`.
+        See :class:`~ftac_gym.baselines.controllers.flexible.FlexibleController`.
 
     Raises
     ------

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from ftac_gym.baselines.components.allocation import scale_to_limits
 from ftac_gym.baselines.components.relative_motion import RelativeMotion, relative_motion
-from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantLaw
+from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantController, FaultTolerantGains
+from ftac_gym.baselines.gains import Range, fixed, gain
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import FloatArray
+from ftac_gym.utils.parameters import FloatArray, non_negative
 
 
 def _mrp(motion: RelativeMotion) -> FloatArray:
@@ -21,7 +22,17 @@ def _mrp(motion: RelativeMotion) -> FloatArray:
     return error
 
 
-class RelativeLaw(FaultTolerantLaw):
+@dataclass(frozen=True)
+class RelativeGains(FaultTolerantGains):
+    """Gains of :class:`RelativeController`."""
+
+    smallest_effectiveness: float = fixed(0.05)
+    attitude_filter_time: float = gain(
+        1.0, "Time constant of the attitude filter. Zero for no filter", "s", non_negative, Range(0.1, 5.0)
+    )
+
+
+class RelativeController(FaultTolerantController):
     """A fault-tolerant law for a sampled, saturating, noisy craft: the subclass says how the error shall accelerate.
 
     With the error MRP sigma_e of q_e = conj(q_d) (x) q, always on the short branch, and w_e = w - C(q_e) w_d:
@@ -31,35 +42,14 @@ class RelativeLaw(FaultTolerantLaw):
     where w_e' is the subclass's. Neither branch switching nor the reference's own turning is in the law then. The
     wheels get the command with the smallest largest share; what it lacks through wheels that are believed weak is
     given to the others, and all are scaled together at the limits, which keeps the direction of the torque.
-
-    Parameters
-    ----------
-    scenario, num_spacecraft
-        As for every baseline.
-    faults, observer
-        See :class:`~ftac_gym.baselines.controllers.fault_tolerant.FaultTolerantLaw`.
-    attitude_filter_time
-        Time constant of the attitude filter [s]; zero uses the star tracker as it comes.
-
-    Raises
-    ------
-    ValueError
-        If a gain breaks a rule.
     """
 
+    gains = RelativeGains()
     takes_torques: ClassVar[bool] = True
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        num_spacecraft: int,
-        faults: str,
-        observer: Mapping[str, Any] | None,
-        attitude_filter_time: float,
-    ) -> None:
-        super().__init__(scenario, num_spacecraft, faults, observer)
-        self._moving = scenario.reference.moving
-        self._filter = AttitudeFilter(scenario, self.memory, attitude_filter_time)
+    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
+        super().__init__(scenario, num_spacecraft, **gains)
+        self._filter = AttitudeFilter(scenario, self.memory, self.gains.attitude_filter_time)
 
     @abstractmethod
     def _variable(self, measurement: Measurement, error: FloatArray, rate_error: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy as np
 from ftac_gym.baselines.components.adaptation import LeakyAdaptation
 from ftac_gym.baselines.components.allocation import limit_each
 from ftac_gym.baselines.components.relative_motion import relative_motion
-from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantLaw
+from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantController
 from ftac_gym.baselines.gains import Range, SearchSpace
 from ftac_gym.baselines.observers.rate_predictor import RatePredictor
 from ftac_gym.task.measurement import Measurement
@@ -17,7 +17,7 @@ from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, positive, require
 
 
-class ShenClass(FaultTolerantLaw):
+class ShenClass(FaultTolerantController):
     """Sliding mode on w_e + alpha atan(beta q_v) with an adaptive bound and a torque that never exceeds the limit.
 
     The comparator [4] of Zhang and Zhou 2019 (Shen, Wang, Zhu and Poh 2015) was not to be had; this is the law of the

@@ -9,7 +9,7 @@ import numpy as np
 
 from ftac_gym.attitude import cross
 from ftac_gym.baselines.components.reaching import saturation
-from ftac_gym.baselines.controllers.hybrid import HybridLaw
+from ftac_gym.baselines.controllers.hybrid import HybridController
 from ftac_gym.baselines.gains import Range, SearchSpace
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
@@ -19,7 +19,7 @@ STARTS = ("matched", "zero")
 """How the filter starts: with v = 0, or with q_c = 0."""
 
 
-class SHOPDPlus(HybridLaw):
+class SHOPDPlus(HybridController):
     """Proportional-derivative control without a rate: Eqs. (53)-(55) of Ma et al. 2023.
 
         u = -k4 h e_v - k5 (e_4 I + [e_v x])' sat(v) + (C w_d) x J C w_d + J C w_d'

@@ -8,14 +8,14 @@ from typing import Any, ClassVar
 from ftac_gym.attitude import mrp_derivative
 from ftac_gym.baselines.components.reaching import PowerReaching
 from ftac_gym.baselines.components.surfaces import FastTerminalSurface
-from ftac_gym.baselines.controllers.relative import RelativeLaw
+from ftac_gym.baselines.controllers.relative import RelativeController
 from ftac_gym.baselines.gains import Range, SearchSpace
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, fields_named
 
 
-class TSMCClass(RelativeLaw):
+class TSMCClass(RelativeController):
     """s = w_e + a sigma + b sig(sigma)^p with s' = -k s - l sig(s)^g.
 
     Of the comparator [10] (Zhang, Biggs, Ye and Sun 2020) the paper gives neither equations nor parameters; this is a
@@ -66,7 +66,9 @@ class TSMCClass(RelativeLaw):
         reaching_exponent: float = 0.5,
         attitude_filter_time: float = 0.0,
     ) -> None:
-        super().__init__(scenario, num_spacecraft, faults, observer, attitude_filter_time)
+        super().__init__(
+            scenario, num_spacecraft, faults=faults, observer=observer, attitude_filter_time=attitude_filter_time
+        )
         self._surface = FastTerminalSurface(linear, terminal, exponent, guard)
         with fields_named("reaching_"):
             self._reaching = PowerReaching(reaching_linear, reaching_power_gain, reaching_exponent)

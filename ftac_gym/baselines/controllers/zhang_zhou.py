@@ -9,14 +9,14 @@ from ftac_gym.baselines.components.allocation import limit_each
 from ftac_gym.baselines.components.anti_saturation import AntiSaturation
 from ftac_gym.baselines.components.radial_basis import RadialBasisNetwork
 from ftac_gym.baselines.components.reaching import ExponentialReaching
-from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantLaw
+from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantController
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative
 
 
-class ZhangZhou(FaultTolerantLaw):
+class ZhangZhou(FaultTolerantController):
     """Reaching law, network, anti-saturation system and allocation; the surface and the rest are the law's own.
 
     Parameters
@@ -24,7 +24,7 @@ class ZhangZhou(FaultTolerantLaw):
     scenario, num_spacecraft
         As for every baseline.
     faults, observer
-        See :class:`~ftac_gym.baselines.controllers.fault_tolerant.FaultTolerantLaw`.
+        See :class:`~ftac_gym.baselines.controllers.fault_tolerant.FaultTolerantController`.
     reaching_linear, reaching_switching
         e1 (or e3) [1/s] and e2 (or e4) [rad/s^2] of the exponential reaching law.
     reaching_floor, reaching_steepness, reaching_power
@@ -60,7 +60,7 @@ class ZhangZhou(FaultTolerantLaw):
         network_gain: float,
         anti_saturation: Mapping[str, Any] | None,
     ) -> None:
-        super().__init__(scenario, num_spacecraft, faults, observer)
+        super().__init__(scenario, num_spacecraft, faults=faults, observer=observer)
         self._layer = non_negative(layer, "layer")
         with fields_named("reaching_"):
             self._reaching = ExponentialReaching(

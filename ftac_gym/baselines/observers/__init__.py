@@ -5,32 +5,19 @@ Every fault observer has one method, ``update(measurement, command, dt) -> Fault
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Protocol
+from collections.abc import Callable, Mapping
+from typing import Any
 
-from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gains import SearchSpace
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.observers.fuzzy_observer import FuzzyObserver
 from ftac_gym.baselines.observers.iterative_learning_observer import IterativeLearningObserver
 from ftac_gym.baselines.observers.learning_observer import LearningObserver
+from ftac_gym.baselines.observers.observer import FaultObserver
 from ftac_gym.baselines.observers.sliding_mode_observer import SlidingModeObserver
 from ftac_gym.baselines.observers.tachometer import Tachometer
-from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import FloatArray, require
-
-
-class FaultObserver(Protocol):
-    """What estimates faults."""
-
-    def update(self, measurement: Measurement, command: FloatArray, dt: float) -> FaultEstimate:
-        """Take in a measurement and the command (N, m) [N m] of the period dt [s] that ends with it."""
-
-    @property
-    def estimate(self) -> FaultEstimate:
-        """The latest estimate; after a reset, what is believed before the first measurement."""
-
+from ftac_gym.utils.parameters import require
 
 PRINTED_LEARNING: dict[str, Any] = {
     "rate_gain": (80.0, 50.0, 60.0),
@@ -40,15 +27,7 @@ PRINTED_LEARNING: dict[str, Any] = {
 }
 """M, H1 and H2 of Table 1 of Cao et al. 2022."""
 
-_Kind = (
-    type[SlidingModeObserver]
-    | type[LearningObserver]
-    | type[FuzzyObserver]
-    | type[IterativeLearningObserver]
-    | type[Tachometer]
-)
-
-_OBSERVERS: dict[str, tuple[_Kind, Mapping[str, Any]]] = {
+_OBSERVERS: dict[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
     "asmo": (SlidingModeObserver, {}),
     "asmo_printed": (SlidingModeObserver, {"effectiveness_gain": 0.5, "bias_gain": 1.0, "layer": 0.0}),
     "lo": (LearningObserver, {**PRINTED_LEARNING, "forgetting": 0.9, "switching": 2.5, "full_torque": None}),
@@ -89,7 +68,8 @@ def make(name: str, scenario: Scenario, memory: Memory, **gains: Any) -> FaultOb
     require(name in _OBSERVERS, "observer", f"must be one of {names()}", name)
     observer, preset = _OBSERVERS[name]
     try:
-        return observer(scenario, memory, **{**preset, **gains})
+        built: FaultObserver = observer(scenario, memory, **{**preset, **gains})
+        return built
     except TypeError as error:
         raise ValueError(f"gains of {name}: {error}") from None
 
@@ -104,7 +84,8 @@ def information(name: str) -> str:
 def search_space(name: str) -> SearchSpace:
     """Return where the gains of a fault observer may lie."""
     require(name in _OBSERVERS, "observer", f"must be one of {names()}", name)
-    return _OBSERVERS[name][0].search_space
+    space: SearchSpace = getattr(_OBSERVERS[name][0], "search_space", {})
+    return space
 
 
 __all__ = [

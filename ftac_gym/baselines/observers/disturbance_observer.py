@@ -44,14 +44,11 @@ class DisturbanceObserver:
         memory.add("last_rate", (3,))
         memory.add("fresh", (1,), initial=True)
 
-    def set_bandwidth(self, bandwidth: FloatArray | None) -> None:
-        """Use bandwidths (N, 1) [rad/s] from now on; None for the observer's own."""
-        if bandwidth is None:
-            self._gain = self._own_gain
-        else:
-            # Exponentials of arrays may differ from those of numbers in the last bit.
-            gain = 1.0 - np.exp(-bandwidth * self._period)
-            self._gain = np.where(bandwidth == self._bandwidth, self._own_gain, gain)
+    def set_bandwidth(self, bandwidth: float | FloatArray) -> None:
+        """Use a bandwidth [rad/s], a number or (N, 1), from now on."""
+        # Exponentials of arrays may differ from those of numbers in the last bit.
+        gain = 1.0 - np.exp(-bandwidth * self._period)
+        self._gain = np.where(bandwidth == self._bandwidth, self._own_gain, gain)
 
     @property
     def disturbance(self) -> FloatArray:

@@ -1,44 +1,44 @@
-"""The torque of each wheel from its own tachometer: what telemetry tells about faults without any observer theory."""
+"""Torque of each wheel from its own tachometer: a fault estimate from telemetry alone."""
 
 from __future__ import annotations
 
-from typing import ClassVar
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ftac_gym.baselines.estimate import FaultEstimate
-from ftac_gym.baselines.gains import Range, SearchSpace
+from ftac_gym.baselines.gains import Gains, Range, gain
 from ftac_gym.baselines.memory import Memory
+from ftac_gym.baselines.observers.observer import FaultObserver
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, positive
 
 
-class Tachometer:
+@dataclass(frozen=True)
+class TachometerGains(Gains):
+    """Gains of :class:`Tachometer`."""
+
+    bandwidth: float = gain(10.0, "Bandwidth of the low-pass", "rad/s", positive, Range(0.5, 50.0, log=True))
+
+
+class Tachometer(FaultObserver):
     """Uncommanded torque of each wheel from the change of its measured momentum.
 
-    Over a period T a wheel gave the body -(h_k - h_{k-1}) / T; what that is beyond the command u_{k-1} is low-passed:
-    a bias, a locked wheel's torque, friction, and the command that a weak wheel did not carry out. It needs the
-    telemetry tier. Momentum that leaves through the bearings is not seen apart, nor are torques on the body that are
-    no wheel's.
-
-    Parameters
-    ----------
-    scenario
-        The task.
-    memory
-        Where the state is kept.
-    bandwidth
-        Bandwidth of the low-pass [rad/s].
+    Over a period T a wheel gave the body -(h_k - h_{k-1}) / T; its difference from the command u_{k-1} is low-passed:
+    a bias, a locked wheel's torque, friction, and the part of the command that a weak wheel did not carry out. It needs
+    the telemetry tier. Momentum that leaves through the bearings is not told apart, and torques on the body that come
+    from no wheel are not estimated.
     """
 
-    search_space: ClassVar[SearchSpace] = {"bandwidth": Range(0.5, 50.0, log=True)}
+    gains = TachometerGains()
     information: ClassVar[str] = "telemetry"
 
-    def __init__(self, scenario: Scenario, memory: Memory, bandwidth: float = 10.0) -> None:
-        self._gain = 1.0 - np.exp(-positive(bandwidth, "bandwidth") * scenario.control_period)
+    def __init__(self, scenario: Scenario, memory: Memory, **gains: Any) -> None:
+        super().__init__(scenario, memory, **gains)
+        self._gain = 1.0 - np.exp(-self.gains.bandwidth * scenario.control_period)
         wheels = scenario.spacecraft.wheels.count
-        self._memory = memory
         memory.add("wheel_bias", (wheels,))
         memory.add("last_momentum", (wheels,))
         memory.add("tachometer_fresh", (1,), initial=True)
