@@ -28,7 +28,7 @@ from tqdm import tqdm
 from ftac_gym import scenarios
 from ftac_gym.evaluation.benchmark import Benchmark, entries_of, fly, frozen_episodes
 from ftac_gym.evaluation.metrics import SHARES
-from ftac_gym.evaluation.statistics import interquartile_mean, mean, stratified_difference, stratified_estimate
+from ftac_gym.evaluation.statistics import estimate, interquartile_mean, mean, paired_difference
 from ftac_gym.evaluation.tables import Cells, markdown, number, verdict
 from ftac_gym.training.callbacks import checkpoints
 from ftac_gym.utils.parameters import FloatArray
@@ -166,9 +166,9 @@ def main(config: Config) -> None:
         row, change = list(label), list(label)
         for metric in METRICS:
             statistic = mean if metric in SHARES else interquartile_mean
-            row.append(number(stratified_estimate(values(name, metric), statistic)))
+            row.append(number(estimate(values(name, metric), statistic)))
             if name != BASE:
-                difference = stratified_difference(values(name, metric), values(BASE, metric))
+                difference = paired_difference(values(name, metric), values(BASE, metric))
                 change.append(verdict(metric, difference))
         cards = entry.provenance.get("cards", [])[: config.seeds]
         row.append(str(max((card.get("run_steps", card["steps"]) for card in cards), default="-")))

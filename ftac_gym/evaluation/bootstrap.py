@@ -1,37 +1,39 @@
-"""Bootstrap of crossed data, training seeds by episodes, as counts: how often a resample draws each row and column.
+"""Percentile bootstrap of crossed data, training seeds by episodes.
 
-Data are sorted once, a resample is a row of weights on them, and a trimmed mean is a sum over cumulative weights. The
-first row of all counts is the sample itself, everything drawn once.
+For a single run without seeds the resamples and the interval are those of ``scipy.stats.bootstrap``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
+from scipy import stats
 
 from ftac_gym.utils.parameters import FloatArray, require
 
 RESAMPLES = 2000
 CONFIDENCE = 0.95
 
-_ROWS = 64
-"""Resamples that are worked on at a time."""
-
 Levels = Literal["both", "seeds"]
-"""What is drawn anew: seeds and episodes, or seeds alone, in every episode for itself."""
+"""Parts that are drawn anew: seeds and episodes, or seeds alone, in every episode for itself."""
+
+_BLOCK = 200
+"""Resamples that are evaluated at a time: they bound the memory."""
+
+_Indices = npt.NDArray[np.int64]
 
 
-def known(*values: npt.ArrayLike) -> list[FloatArray]:
-    """Return data as (seeds, episodes), of the episodes in which every contestant has a value at all.
+def aligned(*values: npt.ArrayLike) -> list[FloatArray]:
+    """Return data as (seeds, episodes), reduced to the episodes in which every policy has a value.
 
     Parameters
     ----------
     *values
-        (seeds, episodes) or (episodes,), one per contestant; NaN is no value.
+        (seeds, episodes) or (episodes,), one per policy; NaN is no value.
 
     Raises
     ------
@@ -47,14 +49,28 @@ def known(*values: npt.ArrayLike) -> list[FloatArray]:
     return [item[:, chosen] for item in data]
 
 
-def draw(data: Sequence[FloatArray], seed: int, levels: Levels) -> tuple[FloatArray, list[FloatArray]]:
-    """Draw resamples of data (seeds, episodes) of contestants on the same episodes.
+def bootstrap(
+    data: Sequence[FloatArray], measure: Callable[..., Any], seed: int, levels: Levels
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return a measure of data with the ends of its percentile interval.
+
+    Episodes are drawn for all policies together, the seeds of each policy on their own.
+
+    Parameters
+    ----------
+    data
+        (seeds, episodes) of each policy, as :func:`aligned` returns them, with at least one episode.
+    measure
+        Function of resamples (B, seeds, episodes), one array per policy. It returns (B,) or (B, K); undefined values
+        are NaN.
+    seed
+        Seed of the resampling.
+    levels
+        Parts that are drawn anew.
 
     Returns
     -------
-    How often each episode is drawn, (1 + RESAMPLES, episodes), for all contestants together, and how often each seed
-    is, for each contestant on its own: (1 + RESAMPLES, seeds, episodes), or (1 + RESAMPLES, seeds, 1) if it is as often
-    in all episodes. They cannot be written to: the same are returned for other data of the same size.
+    Measure of the data and both ends of its interval, each () or (K,).
 
     Raises
     ------
@@ -62,100 +78,27 @@ def draw(data: Sequence[FloatArray], seed: int, levels: Levels) -> tuple[FloatAr
         If the levels are unknown.
     """
     require(levels in ("both", "seeds"), "levels", "must be 'both' or 'seeds'", levels)
-    return _drawn(seed, levels, data[0].shape[1], tuple(map(len, data)))
+    episodes, seeds = _draw(seed, levels, data[0].shape[1], tuple(map(len, data)))
+    blocks = []
+    for start in range(0, RESAMPLES, _BLOCK):
+        part = slice(start, start + _BLOCK)
+        blocks.append(measure(*(item[rows[part], episodes[part]] for item, rows in zip(data, seeds, strict=True))))
+    point, drawn = np.asarray(measure(*(item[None] for item in data)))[0], np.concatenate(blocks)
+    tail = (1.0 - CONFIDENCE) / 2.0
+    ends = stats.quantile(
+        drawn.reshape(RESAMPLES, -1), np.array([[tail], [1.0 - tail]]), axis=0, nan_policy="omit"
+    ).reshape(2, *point.shape)
+    # Interpolation between equal values can leave them by a rounding error.
+    low, high = np.clip(ends, np.fmin.reduce(drawn), np.fmax.reduce(drawn))
+    return point, low, high
 
 
 @lru_cache(maxsize=8)
-def _drawn(seed: int, levels: Levels, size: int, runs: tuple[int, ...]) -> tuple[FloatArray, list[FloatArray]]:
+def _draw(seed: int, levels: Levels, size: int, runs: tuple[int, ...]) -> tuple[_Indices, list[_Indices]]:
+    """Return indices of drawn episodes (B, 1, episodes) and, for each policy, of seeds (B, seeds, 1 or episodes)."""
     random = np.random.default_rng(seed)
-    strata = size if levels == "seeds" else 1
-    episodes = np.ones((1 + RESAMPLES, size))
     if levels == "both":
-        episodes[1:] = _counts(random, RESAMPLES, size)
-    seeds = []
-    for count in runs:
-        counts = np.ones((1 + RESAMPLES, count, strata))
-        drawn = _counts(random, RESAMPLES * strata, count)
-        counts[1:] = drawn.reshape(RESAMPLES, strata, count).swapaxes(1, 2)
-        seeds.append(counts)
-    for item in (episodes, *seeds):
-        item.flags.writeable = False
-    return episodes, seeds
-
-
-def weighted(values: FloatArray, seeds: FloatArray, episodes: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the known values (K,) in rising order and their weights (B, K): how often seed and episode are drawn."""
-    row, column = np.nonzero(~np.isnan(values))
-    order = np.argsort(values[row, column], kind="stable")
-    row, column = row[order], column[order]
-    weights = np.take(episodes, column, axis=1)
-    if len(values) > 1:
-        weights *= np.take(seeds[:, :, 0], row, axis=1) if seeds.shape[2] == 1 else seeds[:, row, column]
-    return values[row, column], weights
-
-
-def means(values: FloatArray, seeds: FloatArray, episodes: FloatArray) -> FloatArray:
-    """Return the means (B,) of the known among values (seeds, episodes) in resamples: how often each one is drawn."""
-    there = ~np.isnan(values)
-    parts = np.where(there, values, 0.0), there.astype(float)
-    if seeds.shape[2] == 1:
-        total, count = (((episodes @ item.T) * seeds[:, :, 0]).sum(axis=1) for item in parts)
-    else:
-        total, count = ((episodes * over_seeds(item, seeds)).sum(axis=1) for item in parts)
-    with np.errstate(invalid="ignore"):
-        found: FloatArray = total / count
-    return found
-
-
-def over_seeds(values: FloatArray, seeds: FloatArray) -> FloatArray:
-    """Return the sum over seeds of values (seeds, episodes) as often as they are drawn, (B, episodes)."""
-    if seeds.shape[2] == 1:
-        total: FloatArray = seeds[:, :, 0] @ values
-    else:
-        total = np.einsum("bsn,sn->bn", seeds, values)
-    return total
-
-
-def _counts(random: np.random.Generator, resamples: int, size: int) -> FloatArray:
-    """Return how often each of some things is drawn in as many draws with replacement, (resamples, size)."""
-    drawn = random.integers(0, size, (resamples, size))
-    drawn += size * np.arange(resamples)[:, None]
-    counts: FloatArray = np.bincount(drawn.ravel(), minlength=resamples * size).reshape(resamples, size).astype(float)
-    return counts
-
-
-def trimmed_means(values: FloatArray, weights: FloatArray, share: float) -> FloatArray:
-    """Return the means (B,) of weighted data without a share of the weight at either end.
-
-    Whole numbers as weights count repetitions: the result is that of ``scipy.stats.trim_mean`` on the repeated data.
-
-    Parameters
-    ----------
-    values
-        (K,) in rising order.
-    weights
-        (B, K), none negative.
-    share
-        What is cut off at either end, in [0, 0.5); zero gives the mean.
-    """
-    found = np.empty(len(weights))
-    # Some rows at a time: what is in hand stays in the processor's cache.
-    for start in range(0, len(weights), _ROWS):
-        part = slice(start, start + _ROWS)
-        reached = np.cumsum(weights[part], axis=1)
-        total = weights[part].sum(axis=1, keepdims=True)
-        cut = np.floor(share * total)
-        np.clip(reached, cut, total - cut, out=reached)
-        # The sum of kept weights times values, by parts.
-        kept = total[:, 0] - cut[:, 0], cut[:, 0]
-        summed = reached[:, :-1] @ -np.diff(values) + kept[0] * values[-1] - kept[1] * values[0] if values.size else 0.0
-        with np.errstate(invalid="ignore"):
-            found[part] = summed / (kept[0] - kept[1])
-    return found
-
-
-def interval(draws: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the ends of the percentile interval of the resamples (RESAMPLES, ...), undefined ones left out."""
-    tail = 50.0 * (1.0 - CONFIDENCE)
-    low, high = np.nanpercentile(draws, [tail, 100.0 - tail], axis=0)
-    return low, high
+        episodes = random.integers(0, size, (RESAMPLES, 1, size))
+        return episodes, [random.integers(0, count, (RESAMPLES, count, 1)) for count in runs]
+    seeds = [random.integers(0, count, (RESAMPLES, size, count)).swapaxes(1, 2) for count in runs]
+    return np.broadcast_to(np.arange(size), (RESAMPLES, 1, size)), seeds

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from ftac_gym.evaluation.compare import Evaluation, Row, fault_classes
 from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, UNITS
 from ftac_gym.evaluation.statistics import Estimate
 from ftac_gym.task.episodes import Episodes
+
+INFEASIBLE = "infeasible"
 
 Cells = list[list[str]]
 """Rows of a table, the headings first."""
@@ -26,7 +29,7 @@ def number(value: Estimate) -> str:
 
 
 def verdict(metric: str, difference: Estimate) -> str:
-    """Format a difference; one whose interval excludes zero is called better or worse."""
+    """Format a difference; an interval that excludes zero is followed by "better" or "worse"."""
     if not difference.excludes_zero or not difference.count:
         return number(difference)
     better = (difference.value > 0.0) == (metric in HIGHER_IS_BETTER)
@@ -34,7 +37,7 @@ def verdict(metric: str, difference: Estimate) -> str:
 
 
 def metric_tables(rows: Sequence[Row], reference: str) -> tuple[Cells, Cells]:
-    """Return the table of estimates and that of paired differences to a reference: metrics down, policies across."""
+    """Return estimates and paired differences to a reference: metrics down, policies across."""
     metrics = list(rows[0].estimates)
     heading = [f"{metric.replace('_', ' ')} [{UNITS.get(metric, '-')}]" for metric in metrics]
     estimates = [["policy", *heading]]
@@ -47,28 +50,38 @@ def metric_tables(rows: Sequence[Row], reference: str) -> tuple[Cells, Cells]:
 
 
 def kind_table(evaluations: Mapping[str, Sequence[Evaluation]], episodes: Mapping[str, Episodes]) -> Cells:
-    """Return mean success and median settling time by scenario and by what is wrong, infeasible episodes apart.
+    """Return mean success and median settling time by scenario and fault class, infeasible episodes apart.
 
     Parameters
     ----------
     evaluations
         One per policy, by scenario.
     episodes
-        What they flew, by scenario.
+        The episodes of each scenario.
     """
-    policies = [item.policy for item in next(iter(evaluations.values()))]
-    cells = [["scenario", "faults", "episodes", *policies]]
+    cells = [["scenario", "faults", "episodes", *(item.policy for item in next(iter(evaluations.values())))]]
     for name, items in evaluations.items():
-        classes = np.where(episodes[name].feasible, fault_classes(episodes[name]), "infeasible")
-        order = sorted(set(classes.tolist()), key=lambda kind: (kind == "infeasible", kind != "healthy", kind))
-        for kind in order:
+        classes = episode_classes(episodes[name])
+        for kind in ordered(classes):
             chosen = classes == kind
-            row = [name, kind, str(int(chosen.sum()))]
-            for item in items:
-                success, settling = item.metrics["success"][chosen].mean(), item.metrics["settling_time"][chosen]
-                row.append(f"{success:.2f}, {np.median(settling):.1f} s")
-            cells.append(row)
+            cells.append([name, kind, str(int(chosen.sum())), *(_at_a_glance(item, chosen) for item in items)])
     return cells
+
+
+def episode_classes(episodes: Episodes) -> npt.NDArray[np.str_]:
+    """Return the fault class of each episode (N,); "infeasible" where the remaining wheels cannot do the task."""
+    return np.where(episodes.feasible, fault_classes(episodes), INFEASIBLE)
+
+
+def ordered(labels: npt.NDArray[np.str_]) -> list[str]:
+    """Return the distinct labels: healthy episodes first, infeasible ones last."""
+    return sorted(set(labels.tolist()), key=lambda kind: (kind == INFEASIBLE, kind != "healthy", kind))
+
+
+def _at_a_glance(item: Evaluation, chosen: npt.NDArray[np.bool_]) -> str:
+    """Return mean success and median settling time over some episodes."""
+    success, settling = item.metrics["success"][chosen].mean(), item.metrics["settling_time"][chosen]
+    return f"{success:.2f}, {np.median(settling):.1f} s"
 
 
 def split_table(rows: Mapping[str, Sequence[Row]], episodes: Mapping[str, Episodes]) -> Cells:
@@ -79,18 +92,19 @@ def split_table(rows: Mapping[str, Sequence[Row]], episodes: Mapping[str, Episod
     rows
         One per policy, by scenario.
     episodes
-        What they flew, by scenario.
+        The episodes of each scenario.
     """
-    policies = [row.policy for row in next(iter(rows.values()))]
-    cells = [["scenario", "feasible", "infeasible", *policies]]
+    cells = [["scenario", "feasible", "infeasible", *(row.policy for row in next(iter(rows.values())))]]
     for name, items in rows.items():
         feasible = int(episodes[name].feasible.sum())
-        row = [name, str(feasible), str(len(episodes[name]) - feasible)]
-        for item in items:
-            settling, integrated = item.estimates["settling_time"].value, item.estimates["integrated_error"].value
-            row.append(f"{number(item.estimates['success'])}, {settling:.1f} s, {integrated:.0f} deg s")
-        cells.append(row)
+        cells.append([name, str(feasible), str(len(episodes[name]) - feasible), *map(_main_metrics, items)])
     return cells
+
+
+def _main_metrics(row: Row) -> str:
+    """Return success with its interval, settling time and integrated error."""
+    settling, integrated = row.estimates["settling_time"].value, row.estimates["integrated_error"].value
+    return f"{number(row.estimates['success'])}, {settling:.1f} s, {integrated:.0f} deg s"
 
 
 def transposed(cells: Cells) -> Cells:

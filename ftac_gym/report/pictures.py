@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ftac_gym.evaluation.metrics import UNITS
+from ftac_gym.evaluation.tables import INFEASIBLE
 from ftac_gym.plots.style import COLORS, INK, MUTED
 from ftac_gym.report import figures
 from ftac_gym.report.figures import Curve, Look
-from ftac_gym.report.results import COMPARED, INFEASIBLE, Results
+from ftac_gym.report.results import COMPARED, Results
 from ftac_gym.report.vector import drawing, svg
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray

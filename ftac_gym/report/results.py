@@ -8,21 +8,21 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
-from ftac_gym.evaluation.compare import Row, fault_classes
+from ftac_gym.evaluation.compare import Row
 from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, SHARES
 from ftac_gym.evaluation.statistics import (
     Estimate,
+    estimate,
     interquartile_mean,
     mean,
+    paired_difference,
     performance_profile,
     probability_of_improvement,
-    stratified_difference,
-    stratified_estimate,
+    relative_difference,
 )
+from ftac_gym.evaluation.tables import episode_classes, ordered
 from ftac_gym.report.figures import Curve
-from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, require
 
@@ -37,8 +37,6 @@ RELATIVE = "settling_time_relative"
 
 COMPARED = ("settling_time", "success")
 """Metrics of which the probability of improvement is found."""
-
-INFEASIBLE = "infeasible"
 
 BEST, BEST_AGENTS = 10, 6
 """How many of the best contestants, and of the best agents besides, are told apart in crowded figures."""
@@ -150,29 +148,18 @@ def gather(benchmark: Benchmark) -> Results:
     )
 
 
-def classes(episodes: Episodes) -> npt.NDArray[np.str_]:
-    """Return what is wrong in each episode (N,), in words; "infeasible" where nobody could do the task."""
-    return np.where(episodes.feasible, fault_classes(episodes), INFEASIBLE)
-
-
 def _row(benchmark: Benchmark, split: str, name: str) -> Row:
     chosen = benchmark.episodes[split].feasible
     estimates, differences = {}, {}
     for metric in METRICS:
         own = values(benchmark, split, name, metric)[:, chosen]
-        estimates[metric] = stratified_estimate(own, mean if metric in SHARES else interquartile_mean)
+        estimates[metric] = estimate(own, mean if metric in SHARES else interquartile_mean)
         if name != benchmark.reference:
             base = values(benchmark, split, benchmark.reference, metric)[:, chosen]
-            differences[metric] = _rounded(stratified_difference(own, base))
+            differences[metric] = paired_difference(own, base)
             if metric == "settling_time":
-                differences[RELATIVE] = _rounded(stratified_difference(own, base, interquartile_mean, relative=True))
+                differences[RELATIVE] = relative_difference(own, base)
     return Row(name, estimates, differences)
-
-
-def _rounded(item: Estimate) -> Estimate:
-    """Return a difference without rounding errors, with which its interval may exclude a zero at its end."""
-    value, low, high = (float(end) for end in np.round([item.value, item.low, item.high], 12) + 0.0)
-    return Estimate(value, low, high, item.count)
 
 
 def _rank(row: Row) -> tuple[float, float]:
@@ -191,8 +178,8 @@ def _shown(benchmark: Benchmark, order: Sequence[str]) -> tuple[str, ...]:
 
 
 def _by_fault(benchmark: Benchmark, split: str, names: Sequence[str]) -> Iterator[FaultClass]:
-    kinds = classes(benchmark.episodes[split])
-    for kind in sorted(set(kinds.tolist()), key=lambda kind: (kind == INFEASIBLE, kind != "healthy", kind)):
+    kinds = episode_classes(benchmark.episodes[split])
+    for kind in ordered(kinds):
         chosen = kinds == kind
         tallies = {}
         for name in names:

@@ -371,7 +371,7 @@ def test_worst_episodes_come_first_and_can_be_flown_again(tmp_path):
 
 def script_of(name):
     """Import a script without running it."""
-    path = Path(__file__).parents[3] / "train" / f"{name}.py"
+    path = Path(__file__).parents[2] / "train" / f"{name}.py"
     spec = importlib.util.spec_from_file_location(f"script_{name}", path)
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
