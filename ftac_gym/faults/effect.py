@@ -63,7 +63,7 @@ def presence(records: npt.NDArray[np.void], switches: FloatArray, time: FloatArr
     Array of the records' shape, in [0, 1]; a fault that is not gradual gives 0 or 1.
     """
     now = time.reshape(-1, *(1,) * (records.ndim - 1))
-    with np.errstate(invalid="ignore", divide="ignore"):
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         since = np.maximum(now - records["onset"], 0.0)
         acting = (now >= records["onset"] - _TOLERANCE) & (now < records["recovery"] - _TOLERANCE)
         period = np.where(records["period"] > 0.0, records["period"], np.inf)

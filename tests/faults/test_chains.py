@@ -58,7 +58,7 @@ def test_holding_times_are_exponential_with_the_given_means(source):
     assert abs(np.corrcoef(acting.ravel(), resting.ravel())[0, 1]) < 0.02
 
 
-def test_a_chain_starts_acting_and_forgets_it():
+def test_a_chain_starts_acting_and_decays_to_its_stationary_share():
     """The share of acting faults decays from one to the stationary share with the sum of the two rates."""
     episodes = drawn_from(Outage(wheel=0, onset=5.0, **CHAIN), count=6000)
     share, rate = ACTING / (ACTING + RESTING), 1.0 / ACTING + 1.0 / RESTING

@@ -58,7 +58,7 @@ FAULTS = {
     )
 }
 SMALLEST = {StarTrackerOutage: 1e-4, FrictionRise: 1e-3}
-"""How far each craft must be from the healthy one at some time [deg]; others 0.01."""
+"""Least distance of each spacecraft from the healthy one at some time [deg]; others 0.01."""
 
 
 def faulty(kind):
@@ -108,13 +108,13 @@ def healthy():
 def test_it_changes_what_is_flown_and_measured(kind, healthy):
     scenario = faulty(kind)
     attitude, rate, measured_attitude, measured_rate = fly(scenario, scenario.draw(5, CRAFT))
-    struck = round(ONSET * 10)
+    onset = round(ONSET * 10)
     # Nothing before the onset, up to the measurement that is made at that very moment.
     for values, plain in zip((attitude, rate), healthy[:2], strict=True):
-        np.testing.assert_array_equal(values[: struck + 1], plain[: struck + 1])
+        np.testing.assert_array_equal(values[: onset + 1], plain[: onset + 1])
     for values, plain in zip((measured_attitude, measured_rate), healthy[2:], strict=True):
-        np.testing.assert_array_equal(values[:struck], plain[:struck])
-    # Every craft feels it, and not just by rounding.
+        np.testing.assert_array_equal(values[:onset], plain[:onset])
+    # The fault changes every flight, and not just by rounding.
     away = np.degrees(angle_between(attitude, healthy[0])).max(axis=0)
     assert np.all(away > SMALLEST.get(kind, 0.01)), away
     assert np.all(np.abs(rate - healthy[1]).max(axis=(0, 2)) > 1e-6)

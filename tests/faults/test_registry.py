@@ -1,4 +1,4 @@
-"""A fault kind from outside of the package is known everywhere once it is registered."""
+"""A fault kind from outside of the package works everywhere once it is registered."""
 
 import copy
 import pickle
@@ -35,8 +35,8 @@ FLAGSHIP = scenarios.get("flagship")
 
 
 @pytest.fixture(autouse=True)
-def own_registry(monkeypatch):
-    """What a test registers ends with it."""
+def separate_registry(monkeypatch):
+    """Undo the registrations of a test."""
     monkeypatch.setattr(serialization, "_CLASSES", serialization.classes())
 
 
@@ -72,12 +72,12 @@ def test_kinds_of_the_package_keep_their_numbers_and_come_first():
 def test_a_registered_kind_acts_and_is_called_by_its_label():
     kind = register(rattle())
     episodes = task(kind).draw(0, 60)
-    struck = episodes.faults["kind"] == 100
-    assert struck.any() and set(np.unique(episodes.faults["kind"])) == {0, FaultKind.OUTAGE, 100}
-    amplitude = episodes.faults["bias_amplitude"][struck]
+    affected = episodes.faults["kind"] == 100
+    assert affected.any() and set(np.unique(episodes.faults["kind"])) == {0, FaultKind.OUTAGE, 100}
+    amplitude = episodes.faults["bias_amplitude"][affected]
     assert np.all((amplitude >= 0.02) & (amplitude <= 0.04))  # a share of 0.2 N m
     assert set(fault_classes(episodes)) == {"healthy", "outage", "rattle"}
-    first = int(np.flatnonzero(struck.any(axis=(1, 2)))[0])
+    first = int(np.flatnonzero(affected.any(axis=(1, 2)))[0])
     assert " rattle at " in drawn_faults(episodes.drawn_faults, first)[0]
     flights = [rollout(scenario, "pd", seed=0, count=1) for scenario in (fixed(kind), FLAGSHIP.replace(faults=None))]
     assert not np.array_equal(flights[0].applied_torque[:, 0, 1], flights[1].applied_torque[:, 0, 1])
@@ -102,12 +102,12 @@ def test_severity_shrinks_it():
     np.testing.assert_allclose(part, 0.5 * whole)
 
 
-def test_specifications_know_it():
+def test_specifications_accept_it():
     kind = register(rattle(label="bad rattle"))
     assert parse("bad_rattle:2@15,size=0.5") == kind(wheel=2, onset=15.0, size=0.5)
 
 
-def test_a_sensor_fault_of_your_own():
+def test_a_custom_sensor_fault():
     def _fill(self, rows, uniform):
         rows["rate_bias"] = 0.01
 

@@ -1,4 +1,4 @@
-"""The severity of a fault distribution: from healthy craft to the faults as described, and ever worse in between."""
+"""The severity of a fault distribution: from healthy spacecraft to the faults as described, growing in between."""
 
 import dataclasses
 
@@ -30,7 +30,7 @@ from ftac_gym.spacecraft.wheel_array import WheelArray
 
 FLAGSHIP = scenarios.get("flagship")
 WHEELS = WheelArray(FLAGSHIP.spacecraft.wheels.axes, 0.2, 12.0, spin_inertia=0.02, friction=Friction(0.01))
-CRAFT = dataclasses.replace(FLAGSHIP.spacecraft, wheels=WHEELS)
+SPACECRAFT = dataclasses.replace(FLAGSHIP.spacecraft, wheels=WHEELS)
 GRADUAL = [
     LossOfEffectiveness(effectiveness=(0.2, 0.6), amplitude=(0.1, 0.2), frequency=1.0, phase=(0.0, 6.0)),
     DriftingEffectiveness(onset=(1.0, 5.0), rise=(5.0, 9.0), effectiveness=(0.0, 0.4)),
@@ -63,7 +63,7 @@ def of_kind(fault):
 
 def drawn(faults, severity, count=400, **fields):
     source = FaultDistribution(tuple(faults), severity=severity, **fields)
-    return FLAGSHIP.replace(spacecraft=CRAFT, faults=source).draw(3, count)
+    return FLAGSHIP.replace(spacecraft=SPACECRAFT, faults=source).draw(3, count)
 
 
 def everything(severity, count=400):
@@ -89,14 +89,14 @@ def test_severity_zero_of_everything_is_the_healthy_scenario():
     episodes = everything(0.0)
     assert_healthy(episodes)
     assert episodes.feasible.mean() > 0.9
-    plain = FLAGSHIP.replace(spacecraft=CRAFT, faults=None).draw(3, 400)
+    plain = FLAGSHIP.replace(spacecraft=SPACECRAFT, faults=None).draw(3, 400)
     np.testing.assert_array_equal(episodes.feasible, plain.feasible)
 
 
 def test_severity_one_is_what_the_kinds_say():
     kinds = tuple(kind(onset=(2.0, 80.0)) for kind in KINDS)
     plain = FaultDistribution(kinds, fault_counts=(0.1, 0.4, 0.3, 0.2))
-    without = FLAGSHIP.replace(spacecraft=CRAFT, faults=plain).draw(3, 400)
+    without = FLAGSHIP.replace(spacecraft=SPACECRAFT, faults=plain).draw(3, 400)
     for name, array in everything(1.0).arrays().items():
         np.testing.assert_array_equal(array, without.arrays()[name], err_msg=name)
 
@@ -139,13 +139,13 @@ def test_what_is_there_whole_or_not_at_all_becomes_rarer(fault):
     before = np.zeros(2000, dtype=bool)
     for severity in (0.1, 0.3, 0.6, 0.9, 1.0):
         episodes = drawn([fault], severity, 2000)
-        struck = np.isfinite(episodes.first_onset)
-        assert np.all(struck[before])  # the same seed only adds faults
-        assert struck.mean() == pytest.approx(severity, abs=0.04)
-        for part, all_of_it in zip(episodes[struck].drawn_faults, whole[struck].drawn_faults, strict=True):
+        affected = np.isfinite(episodes.first_onset)
+        assert np.all(affected[before])  # the same seed only adds faults
+        assert affected.mean() == pytest.approx(severity, abs=0.04)
+        for part, all_of_it in zip(episodes[affected].drawn_faults, whole[affected].drawn_faults, strict=True):
             np.testing.assert_array_equal(part, all_of_it)
-        assert_healthy(episodes[~struck])
-        before = struck
+        assert_healthy(episodes[~affected])
+        before = affected
 
 
 def test_episodes_of_a_seed_grow_worse_monotonically():
@@ -153,9 +153,9 @@ def test_episodes_of_a_seed_grow_worse_monotonically():
     for severity in (0.0, 0.05, 0.2, 0.5, 0.8, 0.99, 1.0):
         episodes = everything(severity)
         for now, end in ((episodes.faults, worst.faults), (episodes.sensor_faults, worst.sensor_faults)):
-            struck = now["kind"] > 0
-            np.testing.assert_array_equal(now["kind"][struck], end["kind"][struck])
-            np.testing.assert_array_equal(now["onset"][struck], end["onset"][struck])
+            affected = now["kind"] > 0
+            np.testing.assert_array_equal(now["kind"][affected], end["kind"][affected])
+            np.testing.assert_array_equal(now["onset"][affected], end["onset"][affected])
         there = np.concatenate([episodes.faults["kind"][:, :, 0], episodes.sensor_faults["kind"]], axis=1) > 0
         assert before is None or (there | ~before).all()
         assert possible is None or (possible | ~episodes.feasible).all()
@@ -180,8 +180,8 @@ def test_a_fault_that_is_thinned_out_leaves_the_others_of_its_episode():
     assert counts == pytest.approx([0.35**2, 2.0 * 0.35 * 0.65, 0.65**2], abs=0.05)
 
 
-def test_a_lock_that_strikes_is_impossible_or_not_at_any_severity():
-    """The label looks at how much a wheel still obeys; a locked one does not, at no severity."""
+def test_a_lock_that_occurs_is_impossible_or_not_at_any_severity():
+    """The label looks at the effectiveness of a wheel; that of a locked one is zero at any severity."""
     faults, counts = [LockInPlace(onset=(1.0, 9.0))], (0.0, 0.0, 0.0, 0.0, 1.0)
     episodes = drawn(faults, 0.6, 300, fault_counts=counts)
     locked = (episodes.faults["kind"] > 0).sum(axis=(1, 2))
