@@ -13,7 +13,7 @@ from gymnasium.envs.registration import EnvSpec
 
 from ftac_gym import scenarios
 from ftac_gym.dynamics import Simulator
-from ftac_gym.envs.observation import Observer
+from ftac_gym.envs.observer import Observer
 from ftac_gym.envs.reward import Reward
 from ftac_gym.faults import FaultDistribution
 from ftac_gym.task.episodes import Episodes

@@ -16,7 +16,6 @@ With theta the true pointing error [rad], w_e the true rate error, u the wheel c
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from functools import reduce
 from operator import add
@@ -24,11 +23,11 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
-from ftac_gym.dynamics import Simulator
-from ftac_gym.task.objective import RewardWeights
+from ftac_gym.dynamics import Simulator, algebra
+from ftac_gym.dynamics.algebra import add3, norm3, relative_quaternion, rotation_change, row3
 from ftac_gym.task.scenario import success_steps
+from ftac_gym.utils.compiling import entry_point
 from ftac_gym.utils.parameters import FloatArray
 
 TERMS = ("progress", "precision", "rate", "effort", "smoothness", "on_target", "tumble", "vibration")
@@ -40,71 +39,63 @@ def total(terms: Any) -> Any:
 
 
 class Reward:
-    """Rewards of N craft; its state is the last error and command, and how long each craft has been on target.
+    """Rewards of N spacecraft; the state is the last error and command, and the time on target of each.
 
     Parameters
     ----------
     simulator
-        Where the true state comes from.
+        Source of the true state.
     """
 
     def __init__(self, simulator: Simulator) -> None:
-        scenario = simulator.scenario
-        weights = {item.name: getattr(scenario.reward, item.name) for item in dataclasses.fields(RewardWeights)}
-        self._weights = np.array([weights[name] for name in TERMS])
-        self._vibration = weights["vibration"]
+        scenario, count = simulator.scenario, simulator.num_spacecraft
         self._simulator = simulator
-        self._torque_limits = scenario.spacecraft.wheels.torque_limits
-        self._cone = scenario.success.angle
-        self._slow = scenario.success.rate
-        self._tumble_rate = scenario.tumble_rate if scenario.tumble_rate is not None else math.inf
+        self._vibration = scenario.reward.vibration
         self._hold = success_steps(scenario)
-        count, wheels = simulator.num_spacecraft, len(self._torque_limits)
-        self._last_command = np.zeros((count, wheels))
+        torque_limits = scenario.spacecraft.wheels.torque_limits
+        self._constants = (
+            torque_limits,
+            np.array([getattr(scenario.reward, name) for name in TERMS]),
+            scenario.success.angle,
+            scenario.success.rate,
+            math.inf if scenario.tumble_rate is None else scenario.tumble_rate,
+        )
+        self._last_command = np.zeros((count, len(torque_limits)))
         self._on_target = np.zeros(count, dtype=np.int64)
-        self._angle = np.zeros(count)
-        self._rate = np.zeros(count)
+        self.attitude_error: FloatArray = np.zeros(count)
+        """(N,) true pointing error [rad]."""
+        self.rate_error: FloatArray = np.zeros(count)
+        """(N,) magnitude of the true rate error [rad/s]."""
 
-    def update(self, craft: npt.NDArray[np.int64]) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-        """Evaluate the control period that has just ended, or note the start of an episode, for the listed craft.
+    def update(self, rows: npt.NDArray[np.int64]) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+        """Evaluate the control period that has just ended, or the start of an episode, for the listed spacecraft.
 
         Returns
         -------
-        Terms (terms, N) and whether each craft tumbles (N,); zero at the start of an episode and for other craft.
+        Terms (terms, N) and the mask of those that tumble (N,); zero at the start of an episode and in other rows.
         """
         simulator = self._simulator
         terms = np.zeros((len(TERMS), simulator.num_spacecraft))
         tumbling = np.zeros(simulator.num_spacecraft, dtype=np.bool_)
         _reward(
-            craft, simulator.ticks, simulator.state.attitude, simulator.state.rate, simulator.last_command,
-            simulator.reference_attitude, simulator.reference_rate, self._torque_limits, self._weights, self._cone,
-            self._slow, self._tumble_rate, self._last_command, self._on_target, self._angle, self._rate, terms,
-            tumbling,
+            rows, simulator.ticks, simulator.state.attitude, simulator.state.rate, simulator.last_command,
+            simulator.reference_attitude, simulator.reference_rate, *self._constants, self._last_command,
+            self._on_target, self.attitude_error, self.rate_error, terms, tumbling,
         )  # fmt: skip
         if self._vibration > 0.0 and simulator.scenario.spacecraft.modes:
-            moving = craft[simulator.ticks[craft] > 0]
+            moving = rows[simulator.ticks[rows] > 0]
             terms[-1, moving] = -self._vibration * simulator.modal_energy[moving]
         return terms, tumbling
 
     @property
-    def attitude_error(self) -> FloatArray:
-        """(N,) true pointing error [rad]."""
-        return self._angle
-
-    @property
-    def rate_error(self) -> FloatArray:
-        """(N,) magnitude of the true rate error [rad/s]."""
-        return self._rate
-
-    @property
     def success(self) -> npt.NDArray[np.bool_]:
-        """(N,) whether the craft has been on target for the time that success asks for."""
+        """(N,) mask of the spacecraft that have been on target for the time that success asks for."""
         return self._on_target >= self._hold
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry_point(algebra, contract=False)
 def _reward(
-    craft: Any,
+    rows: Any,
     ticks: Any,
     attitude: Any,
     rate: Any,
@@ -114,40 +105,25 @@ def _reward(
     torque_limits: Any,
     weights: Any,
     cone: float,
-    slow: float,
+    largest_rate: float,
     tumble_rate: float,
     last_command: Any,
     on_target: Any,
-    angle: Any,
+    attitude_error: Any,
     rate_error: Any,
     terms: Any,
     tumbling: Any,
 ) -> None:
+    """Evaluate all terms but that of the vibration modes; the rows of ``terms`` are those of TERMS."""
     wheels = torque_limits.shape[0]
-    for index in range(craft.shape[0]):
-        i = craft[index]
-        a, b, c, d = (
-            reference_attitude[i, 0],
-            -reference_attitude[i, 1],
-            -reference_attitude[i, 2],
-            -reference_attitude[i, 3],
-        )
-        p, x, y, z = attitude[i, 0], attitude[i, 1], attitude[i, 2], attitude[i, 3]
-        scalar = a * p - b * x - c * y - d * z
-        ex = a * x + b * p + c * z - d * y
-        ey = a * y + c * p + d * x - b * z
-        ez = a * z + d * p + b * y - c * x
-        theta = 2.0 * math.atan2(math.sqrt(ex * ex + ey * ey + ez * ez), abs(scalar))
-        vx, vy, vz = reference_rate[i, 0], reference_rate[i, 1], reference_rate[i, 2]
-        # C(q_e) v = v - 2 q0 (e x v) + 2 e x (e x v)
-        cx, cy, cz = ey * vz - ez * vy, ez * vx - ex * vz, ex * vy - ey * vx
-        wx = rate[i, 0] - vx - 2.0 * (ey * cz - ez * cy - scalar * cx)
-        wy = rate[i, 1] - vy - 2.0 * (ez * cx - ex * cz - scalar * cy)
-        wz = rate[i, 2] - vz - 2.0 * (ex * cy - ey * cx - scalar * cz)
-        slip = math.sqrt(wx * wx + wy * wy + wz * wz)
-        spin = math.sqrt(rate[i, 0] * rate[i, 0] + rate[i, 1] * rate[i, 1] + rate[i, 2] * rate[i, 2])
-        good = theta < cone and slip < slow
-        tumbling[i] = ticks[i] > 0 and spin > tumble_rate
+    for index in range(rows.shape[0]):
+        i = rows[index]
+        scalar, x, y, z = relative_quaternion(reference_attitude, attitude, i)
+        theta = 2.0 * math.atan2(norm3((x, y, z)), abs(scalar))
+        spin, reference = row3(rate, i), row3(reference_rate, i)
+        slip = norm3(add3(add3(spin, -1.0, reference), -1.0, rotation_change(scalar, (x, y, z), reference)))
+        good = theta < cone and slip < largest_rate
+        tumbling[i] = ticks[i] > 0 and norm3(spin) > tumble_rate
         effort, change = 0.0, 0.0
         for j in range(wheels):
             level = command[i, j] / torque_limits[j]
@@ -159,12 +135,12 @@ def _reward(
             on_target[i] = 0
         else:
             on_target[i] = on_target[i] + 1 if good else 0
-            terms[0, i] = weights[0] * (angle[i] - theta)
+            terms[0, i] = weights[0] * (attitude_error[i] - theta)
             terms[1, i] = -weights[1] * math.log10(1.0 + 5.0 * theta / cone)
             terms[2, i] = -weights[2] * slip * slip
             terms[3, i] = -weights[3] * effort
             terms[4, i] = -weights[4] * change
             terms[5, i] = weights[5] if good else 0.0
             terms[6, i] = -weights[6] if tumbling[i] else 0.0
-        angle[i] = theta
+        attitude_error[i] = theta
         rate_error[i] = slip

@@ -17,7 +17,7 @@ inlined = njit(inline="always", error_model="numpy", fastmath=CONTRACT)
 """Decorator of a function that is compiled into the entry points that call it."""
 
 
-def entry_point(*modules: ModuleType) -> Callable[[Callable[..., Any]], Any]:
+def entry_point(*modules: ModuleType, contract: bool = True) -> Callable[[Callable[..., Any]], Any]:
     """Return a decorator that compiles a function, and keeps the result on disk for as long as no source changes.
 
     Numba's own cache watches the file of the function alone: after a change in another file it would go on running the
@@ -27,10 +27,13 @@ def entry_point(*modules: ModuleType) -> Callable[[Callable[..., Any]], Any]:
     ----------
     *modules
         The other modules of this package whose compiled pieces the function calls, directly or not.
+    contract
+        Whether multiplications and additions may be fused.
     """
 
     def decorate(function: Callable[..., Any]) -> Any:
-        dispatcher = njit(cache=True, nogil=True, error_model="numpy", fastmath=CONTRACT)(function)
+        fastmath = CONTRACT if contract else False
+        dispatcher = njit(cache=True, nogil=True, error_model="numpy", fastmath=fastmath)(function)
         index = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
         if index is not None:  # With NUMBA_DISABLE_JIT there is nothing to cache.
             # This file too: it says how all of them are compiled.
