@@ -1,71 +1,33 @@
-"""What the single and the vector environment share: N craft, their episodes, observations and rewards."""
+"""N spacecraft with their episodes, observations and rewards."""
 
 from __future__ import annotations
-
-import dataclasses
-from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
-from gymnasium.envs.registration import EnvSpec
 
-from ftac_gym import scenarios
 from ftac_gym.dynamics import Simulator
 from ftac_gym.envs.observer import Observer
 from ftac_gym.envs.reward import Reward
-from ftac_gym.faults import FaultDistribution
 from ftac_gym.task.episodes import Episodes
-from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, require
 from ftac_gym.utils.randomness import keys_from_seeds
-from ftac_gym.utils.serialization import to_plain
 
 BoolArray = npt.NDArray[np.bool_]
 
 
-def resolve_scenario(scenario: Scenario | Mapping[str, Any] | str | None, default: str, changes: Any) -> Scenario:
-    """Turn what ``gym.make`` was given into a scenario.
-
-    Parameters
-    ----------
-    scenario
-        A scenario, its plain dict, its JSON text, its name, or None for the default.
-    default
-        Name of the default scenario.
-    changes
-        Fields to replace, by name.
-
-    Raises
-    ------
-    ValueError
-        If a name is unknown or a value breaks a rule.
-    """
-    if scenario is None:
-        base = scenarios.get(default)
-    elif isinstance(scenario, Scenario):
-        base = scenario
-    elif isinstance(scenario, Mapping):
-        base = Scenario.from_dict(scenario)
-    else:
-        require(isinstance(scenario, str), "scenario", "must be a Scenario, its dict, JSON or name", scenario)
-        base = Scenario.from_json(scenario) if scenario.lstrip().startswith("{") else scenarios.get(scenario)
-    return base.replace(**changes) if changes else base
-
-
 class SpacecraftBatch:
-    """N craft with their episode counters.
+    """N spacecraft with their episode counters.
 
     Parameters
     ----------
     scenario
-        What to simulate; every wheel needs a torque limit, which scales the action.
+        The task; every wheel needs a torque limit, which scales the action.
     observation
         Information tier.
     num_spacecraft
-        Number of craft.
+        Number of spacecraft N.
     threads
         Threads of the simulator.
 
@@ -80,40 +42,38 @@ class SpacecraftBatch:
         self.simulator = Simulator(scenario, num_spacecraft, threads)
         self.observer = Observer(self.simulator, observation)
         self.reward = Reward(self.simulator)
-        self.torque_limits = scenario.spacecraft.wheels.torque_limits
-        limited = bool(np.isfinite(self.torque_limits).all())
-        require(limited, "torque_limit", "must be finite for every wheel: it scales the action", self.torque_limits)
+        limits = scenario.spacecraft.wheels.torque_limits
+        limited = bool(np.isfinite(limits).all())
+        require(limited, "torque_limit", "must be finite for every wheel: it scales the action", limits)
         self.horizon = scenario.horizon
         self.indices = np.arange(num_spacecraft)
         self._keys = np.zeros((num_spacecraft, 2), dtype=np.uint32)
         self._counter = np.zeros(num_spacecraft, dtype=np.int64)
-        wheels = len(self.torque_limits)
-        self._action_shape = (num_spacecraft, wheels)
-        self._limits = np.tile(self.torque_limits, (num_spacecraft, 1))
+        self._limits = np.tile(limits, (num_spacecraft, 1))
         layout = self.observer.layout
         self.observation_space = spaces.Box(layout.low, layout.high, dtype=np.float32)
-        self.action_space = spaces.Box(-1.0, 1.0, (wheels,), dtype=np.float32)
+        self.action_space = spaces.Box(-1.0, 1.0, limits.shape, dtype=np.float32)
 
-    def seed(self, craft: int, seed: int) -> None:
-        """Let a craft start over with episode 0 of a seed at its next reset."""
-        self._keys[craft] = keys_from_seeds([seed])[0]
-        self._counter[craft] = 0
+    def seed(self, index: int, seed: int) -> None:
+        """Start over with episode 0 of a seed at the next reset of a spacecraft."""
+        self._keys[index] = keys_from_seeds([seed])[0]
+        self._counter[index] = 0
 
     def reset(
-        self, craft: npt.NDArray[np.int64], observation: npt.NDArray[np.float32], episodes: Episodes | None
+        self, rows: npt.NDArray[np.int64], observation: npt.NDArray[np.float32], episodes: Episodes | None
     ) -> None:
-        """Start the next episode, or the given one, of the listed craft and write their rows of ``observation``."""
+        """Start the next episodes, or those given, of the listed spacecraft; write their rows of ``observation``."""
         if episodes is None:
-            episodes = self.scenario.draw_from_keys(self._keys[craft], self._counter[craft])
-            self._counter[craft] += 1
+            episodes = self.scenario.draw_from_keys(self._keys[rows], self._counter[rows])
+            self._counter[rows] += 1
         mask = np.zeros(len(self.indices), dtype=np.bool_)
-        mask[craft] = True
+        mask[rows] = True
         self.simulator.reset(episodes, None if mask.all() else mask)
-        self.observer.observe(craft, observation)
-        self.reward.update(craft)
+        self.observer.observe(rows, observation)
+        self.reward.update(rows)
 
     def step(self, action: npt.ArrayLike) -> tuple[npt.NDArray[np.float32], FloatArray, BoolArray, BoolArray]:
-        """Advance all craft by one control period.
+        """Advance all spacecraft by one control period.
 
         Parameters
         ----------
@@ -130,8 +90,8 @@ class SpacecraftBatch:
             If the action has the wrong shape or is not finite.
         """
         fraction = np.asarray(action, dtype=np.float64)
-        if fraction.shape != self._action_shape:
-            raise ValueError(f"action must have shape {self._action_shape}, got {fraction.shape}")
+        if fraction.shape != self._limits.shape:
+            raise ValueError(f"action must have shape {self._limits.shape}, got {fraction.shape}")
         if not np.isfinite(fraction).all():
             raise ValueError(f"action must be finite, got {fraction!r}")
         simulator = self.simulator
@@ -143,15 +103,10 @@ class SpacecraftBatch:
         observation = np.empty((len(self.indices), self.observer.layout.size), dtype=np.float32)
         self.observer.observe(self.indices, observation)
         terms, terminated = self.reward.update(self.indices)
-        truncated = simulator.ticks >= self.horizon
-        return observation, terms, terminated, truncated
-
-    def measurement(self, truth: bool = False) -> Measurement:
-        """Return what the craft measure now, and for an oracle what the faults do."""
-        return self.simulator.measurement(truth)
+        return observation, terms, terminated, simulator.ticks >= self.horizon
 
     def facts(self) -> dict[str, FloatArray | BoolArray]:
-        """Facts about the present moment of all craft, one array (N,) each; angles in degrees."""
+        """Return the entries of ``info`` for all spacecraft now, one array (N,) each; angles in degrees."""
         return {
             "time": self.simulator.time,
             "attitude_error": np.degrees(self.reward.attitude_error),
@@ -159,74 +114,3 @@ class SpacecraftBatch:
             "is_success": self.reward.success,
             "feasible": self.simulator.feasible.copy(),
         }
-
-
-class BatchAccess:
-    """What the single and the vector environment show of their batch."""
-
-    batch: SpacecraftBatch
-    _spec: EnvSpec | None = None
-
-    @property
-    def spec(self) -> EnvSpec | None:
-        """The specification that makes this environment again; scenarios and their parts are kept as plain data."""
-        return self._spec
-
-    @spec.setter
-    def spec(self, value: EnvSpec | None) -> None:
-        if value is not None:
-            value.kwargs = {name: to_plain(item) for name, item in value.kwargs.items()}
-        self._spec = value
-
-    @property
-    def scenario(self) -> Scenario:
-        """The scenario."""
-        return self.batch.scenario
-
-    @property
-    def observation_slices(self) -> dict[str, slice]:
-        """Where each named part of a craft's observation lies."""
-        return dict(self.batch.observer.layout.slices)
-
-    def set_severity(self, severity: float) -> None:
-        """Set how bad the faults of the coming episodes are, in [0, 1]; running episodes are left as they are.
-
-        A hook for curricula: ``env.unwrapped.set_severity(0.3)``, or ``env_method("set_severity", 0.3)`` of any
-        Stable-Baselines3 vector environment. See :class:`~ftac_gym.faults.FaultDistribution`.
-
-        Raises
-        ------
-        ValueError
-            If the severity is not within [0, 1], or the scenario has no fault distribution.
-        """
-        faults = self.batch.scenario.faults
-        if not isinstance(faults, FaultDistribution):
-            raise ValueError(f"faults must be a FaultDistribution to have a severity, got {faults!r}")
-        self.batch.scenario = self.batch.scenario.replace(faults=dataclasses.replace(faults, severity=severity))
-        self.batch.simulator.scenario = self.batch.scenario
-
-    def measurement(self, truth: bool = False) -> Measurement:
-        """Return what the craft measure now, always with the craft on the first axis: the input of baselines.
-
-        Parameters
-        ----------
-        truth
-            Whether to add what the faults do; an oracle needs it, and nothing else may have it.
-        """
-        return self.batch.measurement(truth)
-
-
-def requested_episodes(options: Mapping[str, Any] | None, known: tuple[str, ...]) -> Episodes | None:
-    """Return the episodes that the options of a reset ask for, if any.
-
-    Raises
-    ------
-    ValueError
-        If an option is unknown, or the episodes are none.
-    """
-    for name in options or {}:
-        require(name in known, "reset option", f"must be one of {list(known)}", name)
-    episodes = (options or {}).get("episodes")
-    valid = episodes is None or isinstance(episodes, Episodes)
-    require(valid, 'options["episodes"]', "must be an Episodes object", episodes)
-    return episodes

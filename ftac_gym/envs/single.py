@@ -10,15 +10,16 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.envs.batch import SpacecraftBatch, requested_episodes, resolve_scenario
-from ftac_gym.envs.rendered import RENDER_MODES, Rendered
+from ftac_gym.envs.base import BatchEnvironment, requested_episodes, resolve_scenario
+from ftac_gym.envs.batch import SpacecraftBatch
+from ftac_gym.envs.rendering.display import RENDER_MODES
 from ftac_gym.envs.reward import TERMS, total
 from ftac_gym.task.scenario import Scenario
 
 Observation = npt.NDArray[np.float32]
 
 
-class SpacecraftFTCEnv(Rendered, gym.Env[Observation, npt.NDArray[Any]]):
+class SpacecraftFTCEnv(BatchEnvironment, gym.Env[Observation, npt.NDArray[Any]]):
     """Point a spacecraft while its reaction wheels fail in hidden ways.
 
     ## Description
@@ -103,13 +104,11 @@ class SpacecraftFTCEnv(Rendered, gym.Env[Observation, npt.NDArray[Any]]):
         default_scenario: str = "flagship",
         **scenario_changes: Any,
     ) -> None:
-        self.batch = SpacecraftBatch(
-            resolve_scenario(scenario, default_scenario, scenario_changes), observation, num_spacecraft=1
-        )
+        chosen = resolve_scenario(scenario, default_scenario, scenario_changes)
+        self._prepare(SpacecraftBatch(chosen, observation, num_spacecraft=1), render_mode, width, height)
         self.observation_space = self.batch.observation_space
         self.action_space = self.batch.action_space
         self._seeded = False
-        self._prepare_rendering(render_mode, width, height)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -168,12 +167,12 @@ class SpacecraftFTCEnv(Rendered, gym.Env[Observation, npt.NDArray[Any]]):
 
     def render(self) -> npt.NDArray[np.uint8] | None:
         """Return a frame (height, width, 3) of the present moment; None in a window or without a render mode."""
-        frames = self._frames()
+        frames = self._display.render(self.policy_name)
         return None if frames is None else frames[0]
 
     def close(self) -> None:
         """Close the window, if there is one; a second call does nothing."""
-        self._stop_watching()
+        self._close_display()
 
     def _info(self) -> dict[str, Any]:
         # The same keys and values as SpacecraftBatch.facts, without the cost of arrays.

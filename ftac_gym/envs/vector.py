@@ -11,8 +11,9 @@ import numpy.typing as npt
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from ftac_gym.envs.batch import BoolArray, SpacecraftBatch, requested_episodes, resolve_scenario
-from ftac_gym.envs.rendered import RENDER_MODES, Rendered
+from ftac_gym.envs.base import BatchEnvironment, requested_episodes, resolve_scenario
+from ftac_gym.envs.batch import BoolArray, SpacecraftBatch
+from ftac_gym.envs.rendering.display import RENDER_MODES
 from ftac_gym.envs.reward import TERMS, total
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
@@ -21,7 +22,7 @@ from ftac_gym.utils.parameters import FloatArray, require
 Observation = npt.NDArray[np.float32]
 
 
-class SpacecraftFTCVectorEnv(Rendered, VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
+class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
     """N craft that step together; element by element the same as N of :class:`SpacecraftFTCEnv`.
 
     Craft ``i`` of ``reset(seed=s)`` is the single environment after ``reset(seed=s + i)``. Spaces, rewards and info
@@ -78,7 +79,7 @@ class SpacecraftFTCVectorEnv(Rendered, VectorEnv[Observation, npt.NDArray[Any], 
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
         chosen = resolve_scenario(scenario, default_scenario, scenario_changes)
-        self.batch = SpacecraftBatch(chosen, observation, self.num_envs, threads)
+        self._prepare(SpacecraftBatch(chosen, observation, self.num_envs, threads), render_mode, width, height)
         if max_episode_steps is not None and max_episode_steps != -1:
             require(max_episode_steps > 0, "max_episode_steps", "must be positive", max_episode_steps)
             self.batch.horizon = min(self.batch.horizon, int(max_episode_steps))
@@ -89,7 +90,6 @@ class SpacecraftFTCVectorEnv(Rendered, VectorEnv[Observation, npt.NDArray[Any], 
         self._seeded = np.zeros(self.num_envs, dtype=np.bool_)
         self._observation = np.zeros((self.num_envs, self.batch.observer.layout.size), dtype=np.float32)
         self._ended = np.zeros(self.num_envs, dtype=np.bool_)
-        self._prepare_rendering(render_mode, width, height)
         self.final_measurement: Measurement | None = None
         """Same-step mode: what the craft measured just before the latest automatic reset."""
         self.keep_final_truth = False
@@ -153,51 +153,46 @@ class SpacecraftFTCVectorEnv(Rendered, VectorEnv[Observation, npt.NDArray[Any], 
             waiting = np.flatnonzero(self._ended).tolist()
             raise gym.error.ResetNeeded(f"craft {waiting} have ended; reset them with options={{'reset_mask': mask}}")
         observation, terms, terminated, truncated = self.batch.step(actions)
-        truncated = truncated.copy()
         stepped = np.ones(self.num_envs, dtype=np.bool_)
         if self.autoreset_mode is AutoresetMode.NEXT_STEP and self._ended.any():
             restarted = np.flatnonzero(self._ended)
             self.batch.reset(restarted, observation, None)
-            stepped[restarted] = False
+            for array in (stepped, terminated, truncated):
+                array[restarted] = False
             terms[:, restarted] = 0.0
-            terminated[restarted] = False
-            truncated[restarted] = False
         self._ended = terminated | truncated
-        facts = self.batch.facts()
+        reward_terms = dict(zip(TERMS, terms, strict=True))
         infos: dict[str, Any] = {}
-        finished = np.flatnonzero(self._ended)
-        reward_terms = _masked(dict(zip(TERMS, terms, strict=True)), stepped)
-        if self.autoreset_mode is AutoresetMode.SAME_STEP and finished.size:
-            mask = self._ended
-            final_observation = np.full(self.num_envs, None, dtype=object)
-            for craft in finished:
-                final_observation[craft] = observation[craft].copy()
-            final_terms = {name: np.where(mask, values, 0.0) for name, values in zip(TERMS, terms, strict=True)}
-            final_facts = {name: np.where(mask, values, values.dtype.type(0)) for name, values in facts.items()}
-            final_info = _masked(final_facts, mask)
-            final_info.update({"reward_terms": _masked(final_terms, mask), "_reward_terms": mask.copy()})
-            infos.update({"final_obs": final_observation, "_final_obs": mask.copy()})
-            infos.update({"final_info": final_info, "_final_info": mask.copy()})
-            self.final_measurement = self.batch.measurement(truth=self.keep_final_truth)
-            self.batch.reset(finished, observation, None)
-            facts = self.batch.facts()
-            stepped[finished] = False
-            kept = {name: np.where(mask, 0.0, values) for name, values in zip(TERMS, terms, strict=True)}
-            reward_terms = _masked(kept, stepped)
-        infos.update(_masked(facts, np.ones(self.num_envs, dtype=np.bool_)))
+        if self.autoreset_mode is AutoresetMode.SAME_STEP and self._ended.any():
+            infos.update(self._final_infos(observation, reward_terms))
+            self.batch.reset(np.flatnonzero(self._ended), observation, None)
+            stepped = ~self._ended
+        infos.update(_masked(self.batch.facts(), np.ones(self.num_envs, dtype=np.bool_)))
         if stepped.any():
-            infos.update({"reward_terms": reward_terms, "_reward_terms": stepped})
+            infos.update({"reward_terms": _masked(reward_terms, stepped), "_reward_terms": stepped})
         self._observation = observation
         self._show()
         return observation.copy(), total(terms), terminated, truncated, infos
 
     def render(self) -> tuple[npt.NDArray[np.uint8], ...] | None:
         """Return a frame (height, width, 3) of each craft; None in a window or without a render mode."""
-        return self._frames()
+        return self._display.render(self.policy_name)
 
     def close_extras(self, **kwargs: Any) -> None:
         """Close the window, if there is one."""
-        self._stop_watching()
+        self._close_display()
+
+    def _final_infos(self, observation: Observation, reward_terms: Mapping[str, FloatArray]) -> dict[str, Any]:
+        """Return the infos of the episodes that have just ended, and keep their last measurement."""
+        mask = self._ended
+        self.final_measurement = self.measurement(truth=self.keep_final_truth)
+        final_observation = np.full(self.num_envs, None, dtype=object)
+        for index in np.flatnonzero(mask):
+            final_observation[index] = observation[index].copy()
+        final_info = _masked(self.batch.facts(), mask)
+        final_info.update({"reward_terms": _masked(reward_terms, mask), "_reward_terms": mask.copy()})
+        finals = {"final_obs": final_observation, "final_info": final_info}
+        return {**finals, **{f"_{name}": mask.copy() for name in finals}}
 
     def _reset_mask(self, options: dict[str, Any] | None) -> BoolArray:
         mask = (options or {}).get("reset_mask")

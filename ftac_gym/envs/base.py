@@ -1,0 +1,139 @@
+"""Arguments, attributes and methods that the single and the vector environment share."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+from gymnasium.envs.registration import EnvSpec
+
+from ftac_gym import scenarios
+from ftac_gym.envs.batch import SpacecraftBatch
+from ftac_gym.envs.rendering.display import Display
+from ftac_gym.faults import FaultDistribution
+from ftac_gym.task.episodes import Episodes
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import require
+from ftac_gym.utils.serialization import to_plain
+
+
+def resolve_scenario(scenario: Scenario | Mapping[str, Any] | str | None, default: str, changes: Any) -> Scenario:
+    """Return the scenario that the arguments of ``gym.make`` describe.
+
+    Parameters
+    ----------
+    scenario
+        A scenario, its plain dict, its JSON text, its name, or None for the default.
+    default
+        Name of the default scenario.
+    changes
+        Fields to replace, by name.
+
+    Raises
+    ------
+    ValueError
+        If a name is unknown or a value breaks a rule.
+    """
+    if scenario is None:
+        base = scenarios.get(default)
+    elif isinstance(scenario, Scenario):
+        base = scenario
+    elif isinstance(scenario, Mapping):
+        base = Scenario.from_dict(scenario)
+    else:
+        require(isinstance(scenario, str), "scenario", "must be a Scenario, its dict, JSON or name", scenario)
+        base = Scenario.from_json(scenario) if scenario.lstrip().startswith("{") else scenarios.get(scenario)
+    return base.replace(**changes) if changes else base
+
+
+def requested_episodes(options: Mapping[str, Any] | None, names: tuple[str, ...]) -> Episodes | None:
+    """Return the episodes that the options of a reset ask for, if any.
+
+    Raises
+    ------
+    ValueError
+        If an option is not one of the names, or the episodes are none.
+    """
+    for name in options or {}:
+        require(name in names, "reset option", f"must be one of {list(names)}", name)
+    episodes = (options or {}).get("episodes")
+    valid = episodes is None or isinstance(episodes, Episodes)
+    require(valid, 'options["episodes"]', "must be an Episodes object", episodes)
+    return episodes
+
+
+class BatchEnvironment:
+    """Environment over a batch of spacecraft."""
+
+    metadata: dict[str, Any]
+    batch: SpacecraftBatch
+    render_mode: str | None
+    policy_name: str = ""
+    """Name that frames show for the policy; none if empty."""
+    _display: Display
+    _spec: EnvSpec | None = None
+
+    def _prepare(self, batch: SpacecraftBatch, render_mode: str | None, width: int, height: int) -> None:
+        """Set the shared attributes; see :class:`~ftac_gym.envs.rendering.display.Display` for the errors."""
+        self.batch = batch
+        self.render_mode = render_mode
+        self._display = Display(batch, render_mode, width, height)
+        self.metadata = {**self.metadata, "render_fps": round(1.0 / batch.scenario.control_period, 6)}
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """The specification that makes this environment again, with scenarios and their parts as plain data."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, value: EnvSpec | None) -> None:
+        if value is not None:
+            value.kwargs = {name: to_plain(item) for name, item in value.kwargs.items()}
+        self._spec = value
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario."""
+        return self.batch.scenario
+
+    @property
+    def observation_slices(self) -> dict[str, slice]:
+        """Named parts of the observation of one spacecraft."""
+        return dict(self.batch.observer.layout.slices)
+
+    def set_severity(self, severity: float) -> None:
+        """Set the severity of the faults of the coming episodes, in [0, 1]; running episodes do not change.
+
+        A hook for curricula: ``env.unwrapped.set_severity(0.3)``, or ``env_method("set_severity", 0.3)`` of any
+        Stable-Baselines3 vector environment. See :class:`~ftac_gym.faults.FaultDistribution`.
+
+        Raises
+        ------
+        ValueError
+            If the severity is not within [0, 1], or the scenario has no fault distribution.
+        """
+        faults = self.batch.scenario.faults
+        if not isinstance(faults, FaultDistribution):
+            raise ValueError(f"faults must be a FaultDistribution to have a severity, got {faults!r}")
+        self.batch.scenario = self.batch.scenario.replace(faults=dataclasses.replace(faults, severity=severity))
+        self.batch.simulator.scenario = self.batch.scenario
+
+    def measurement(self, truth: bool = False) -> Measurement:
+        """Return the present measurement, the input of baselines; its first axis is always that of the spacecraft.
+
+        Parameters
+        ----------
+        truth
+            Whether to add the true effect of the faults; only an oracle may have it.
+        """
+        return self.batch.simulator.measurement(truth)
+
+    def _show(self) -> None:
+        self._display.show(self.policy_name)
+
+    def _close_display(self) -> None:
+        """Close the window; an environment whose constructor raised has none."""
+        if hasattr(self, "_display"):
+            self._display.close()
