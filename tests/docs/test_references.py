@@ -45,4 +45,4 @@ def test_names_are_found_where_they_are_defined():
 
 
 def test_imports_for_annotations_alone_are_known():
-    assert imported_names("ftac_gym.envs.rendered")["Viewer"] == "ftac_gym.envs.rendering.viewer.Viewer"
+    assert imported_names("ftac_gym.envs.base")["Display"] == "ftac_gym.envs.rendering.display.Display"
