@@ -6,8 +6,8 @@ A baseline declares a dataclass of gains and takes an instance of it, which hold
     class RateDamperGains(Gains):
         \"\"\"Gains of :class:`RateDamper`.\"\"\"
 
-        rate_gain: float = gain(2.0, "Damping", "1/s", positive, search=Range(0.5, 8.0), schedule=(1.0, 6.0))
-        floor: float = gain(0.1, "Smallest torque", "N m", non_negative)
+        rate_gain: float = parameter(2.0, "Damping", "1/s", positive, search=Range(0.5, 8.0), schedule=(1.0, 6.0))
+        floor: float = parameter(0.1, "Smallest torque", "N m", non_negative)
 
 
     class RateDamper(Baseline):
@@ -98,7 +98,7 @@ class Share:
     of: str
 
 
-def gain(
+def parameter(
     default: Any,
     meaning: str = "",
     unit: str = "",
@@ -107,7 +107,7 @@ def gain(
     schedule: tuple[float, float] | None = None,
     share: Share | None = None,
 ) -> Any:
-    """Return the dataclass field of a gain.
+    """Return the dataclass field of a gain or of another parameter.
 
     Parameters
     ----------
@@ -161,9 +161,9 @@ class Gains:
 
     @classmethod
     def changed(cls, name: str, default: Any = ..., **metadata: Any) -> Any:
-        """Return an inherited gain with another default or other arguments of :func:`gain`."""
+        """Return an inherited gain with another default or other arguments of :func:`parameter`."""
         item = next(item for item in fields(cls) if item.name == name)
-        return gain(item.default if default is ... else default, **{**item.metadata, **metadata})
+        return parameter(item.default if default is ... else default, **{**item.metadata, **metadata})
 
     @classmethod
     def shares(cls) -> dict[str, tuple[str, str]]:

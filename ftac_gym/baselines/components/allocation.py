@@ -174,3 +174,8 @@ def scale_to_limits(command: FloatArray, limits: FloatArray) -> FloatArray:
     excess = (np.abs(command) / limits).max(axis=1, keepdims=True)
     scaled: FloatArray = command / np.maximum(excess, 1.0)
     return scaled
+
+
+def within_limits(command: FloatArray, limits: FloatArray) -> FloatArray:
+    """Limit wheel torques (N, m) to limits (m,): three wheels one by one, as in the papers; redundant ones together."""
+    return (scale_to_limits if len(limits) > 3 else limit_each)(command, limits)

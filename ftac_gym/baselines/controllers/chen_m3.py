@@ -2,18 +2,43 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ftac_gym.baselines.components.adaptation import LeakyAdaptation
 from ftac_gym.baselines.components.reaching import PowerReaching
 from ftac_gym.baselines.components.surfaces import NonsingularTerminalSurface
-from ftac_gym.baselines.controllers.chen import ChenController
-from ftac_gym.baselines.gains import Range, SearchSpace
+from ftac_gym.baselines.controllers.chen import ChenController, ChenGains
+from ftac_gym.baselines.gains import Range, parameter
+from ftac_gym.baselines.rules import Interval, flag
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import FloatArray, fields_named, positive
+from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, positive
+
+
+@dataclass(frozen=True)
+class ChenM3Gains(ChenGains):
+    """Gains of :class:`ChenM3`."""
+
+    linear: float = parameter(0.4, "K1", "rad/s", non_negative, Range(0.005, 1.0, log=True))
+    terminal: float = parameter(0.2, "K2", "rad/s", non_negative, Range(0.005, 1.0, log=True))
+    exponent: float = parameter(9.0 / 11.0, "r", "", Interval(0.0, 1.0), Range(0.5, 0.95))
+    bound: float = parameter(0.01, "epsilon of (68)", "", positive, Range(1e-4, 0.1, log=True))
+    reaching_linear: float = parameter(10.0, "tau", "N m s/rad", non_negative, Range(1.0, 100.0, log=True))
+    reaching_power_gain: float = parameter(1.0, "rho", "", non_negative, Range(1e-3, 10.0, log=True))
+    reaching_exponent: float = parameter(0.5, "Exponent of the reaching law", "", Interval(0.0, 1.0))
+    adaptation: float = parameter(2.0, "p", "", non_negative, Range(1e-4, 2.0, log=True))
+    forgetting: float = parameter(0.1, "o", "1/s", non_negative)
+    layer: float = parameter(1e-4, "epsilon of (70)", "N m rad/s", positive)
+    jump: bool = parameter(False, "Whether v_ss has the term that makes it jump", rule=flag)
+
+    def __post_init__(self) -> None:
+        """Check the fields."""
+        super().__post_init__()
+        if self.jump:
+            positive(self.adaptation, "adaptation")
 
 
 class ChenM3(ChenController):
@@ -28,91 +53,40 @@ class ChenM3(ChenController):
     second coefficient of the parabola is (r - 1) bound^(r-2), not (2 - r).
 
     The printed tau and rho suit a body of 10 to 20 kg m^2, not the 350 of the example: 100 and 10 do.
-
-    Parameters
-    ----------
-    scenario, num_spacecraft
-        As for every baseline.
-    linear, terminal
-        K1, K2 [rad/s].
-    exponent, bound
-        r, and epsilon of (68).
-    reaching_linear, reaching_power_gain, reaching_exponent
-        tau [N m s/rad], rho, and the exponent 0.5.
-    adaptation, forgetting
-        p and o [1/s].
-    layer
-        epsilon of (70) [N m rad/s].
-    jump
-        Whether v_ss has the term that makes it jump.
-    shadow_switch
-        See :class:`~ftac_gym.baselines.controllers.chen.ChenController`.
-    attitude_filter_time
-        Time constant of the attitude filter [s]; zero for none.
-
-    Raises
-    ------
-    ValueError
-        If a gain breaks a rule or the reference moves.
     """
 
-    search_space: ClassVar[SearchSpace] = {
-        "linear": Range(0.005, 1.0, log=True),
-        "terminal": Range(0.005, 1.0, log=True),
-        "exponent": Range(0.5, 0.95),
-        "bound": Range(1e-4, 0.1, log=True),
-        "reaching_linear": Range(1.0, 100.0, log=True),
-        "reaching_power_gain": Range(1e-3, 10.0, log=True),
-        "adaptation": Range(1e-4, 2.0, log=True),
-        "attitude_filter_time": Range(0.0, 5.0),
-    }
+    gains = ChenM3Gains()
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        num_spacecraft: int = 1,
-        linear: float = 0.4,
-        terminal: float = 0.2,
-        exponent: float = 9.0 / 11.0,
-        bound: float = 0.01,
-        reaching_linear: float = 10.0,
-        reaching_power_gain: float = 1.0,
-        reaching_exponent: float = 0.5,
-        adaptation: float = 2.0,
-        forgetting: float = 0.1,
-        layer: float = 1e-4,
-        jump: bool = False,
-        shadow_switch: bool = True,
-        attitude_filter_time: float = 0.0,
-    ) -> None:
-        super().__init__(scenario, num_spacecraft, shadow_switch, attitude_filter_time)
-        self._surface = NonsingularTerminalSurface(linear, terminal, exponent, bound)
-        with fields_named("reaching_"):
-            self._reaching = PowerReaching(reaching_linear, reaching_power_gain, reaching_exponent)
-        with fields_named(gain="adaptation", leak="forgetting"):
-            self._growth = LeakyAdaptation(self.memory, "torque_bounds", 3, adaptation, forgetting, self._period)
-        self._layer = positive(layer, "layer")
-        self._jump = forgetting / (4.0 * positive(adaptation, "adaptation")) if jump else 0.0
+    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
+        super().__init__(scenario, num_spacecraft, **gains)
+        own = self.gains
+        self._surface = NonsingularTerminalSurface(own.linear, own.terminal, own.exponent, own.bound)
+        self._reaching = PowerReaching(own.reaching_linear, own.reaching_power_gain, own.reaching_exponent)
+        with fields_named(leak="forgetting"):
+            self._growth = LeakyAdaptation(
+                self.memory, "torque_bounds", 3, own.adaptation, own.forgetting, self._period
+            )
+        self._jump = own.forgetting / (4.0 * own.adaptation) if own.jump else 0.0
 
     def _variable(self, sigma: FloatArray, rate: FloatArray) -> FloatArray:
         return rate + self._surface(sigma)[0]
 
     def sliding_variable(self, measurement: Measurement) -> FloatArray:
         """Return S (N, 3) [rad/s] at a measurement, for its unfiltered attitude."""
-        return self._variable(self._sigma(measurement.attitude, measurement, move_on=False), measurement.rate)
+        return self._variable(self._sigma(measurement, move_on=False), measurement.rate)
 
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m]."""
         rate = measurement.rate
-        variable = self._variable(self._sigma(self._filter.update(measurement), measurement, move_on=True), rate)
+        variable = self._variable(self._sigma(measurement, move_on=True), rate)
         distance = np.sqrt(np.einsum("ni,ni->n", variable, variable))[:, None]
         square = np.einsum("ni,ni->n", rate, rate)[:, None]
         powers = np.concatenate([np.ones_like(square), np.sqrt(square), square], axis=1)
         bounds = self._growth.value
         largest = np.einsum("ni,ni->n", bounds, powers)[:, None]
-        outside = distance * largest > self._layer
+        outside = distance * largest > self.gains.layer
         safe = np.maximum(distance, 1e-150)
-        share = np.where(outside, largest / safe, largest**2 / self._layer)
+        share = np.where(outside, largest / safe, largest**2 / self.gains.layer)
         if self._jump > 0.0:
             share = share + np.where(outside, self._jump * bounds.sum(axis=1, keepdims=True) / safe**2, 0.0)
         self._growth.update(distance * powers)

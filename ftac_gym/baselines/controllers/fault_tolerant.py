@@ -15,7 +15,7 @@ from ftac_gym.baselines.components.allocation import EffectivenessAllocation, Mi
 from ftac_gym.baselines.components.gyroscopic import GyroscopicModel
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.fault_source import FaultSource
-from ftac_gym.baselines.gains import Gains, SearchSpace, gain
+from ftac_gym.baselines.gains import Gains, SearchSpace, parameter
 from ftac_gym.baselines.rules import Interval, mapping
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
@@ -26,9 +26,11 @@ from ftac_gym.utils.parameters import FloatArray, require
 class FaultTolerantGains(Gains):
     """Gains of :class:`FaultTolerantController`."""
 
-    faults: str = gain("none", 'Source of the faults: ``"none"``, the name of an observer, or ``"oracle"``')
-    observer: Mapping[str, Any] | None = gain(None, "Gains of the observer that differ from its defaults", rule=mapping)
-    smallest_effectiveness: float = gain(
+    faults: str = parameter("none", 'Source of the faults: ``"none"``, the name of an observer, or ``"oracle"``')
+    observer: Mapping[str, Any] | None = parameter(
+        None, "Gains of the observer that differ from its defaults", rule=mapping
+    )
+    smallest_effectiveness: float = parameter(
         0.05, "Lower bound of the estimated effectiveness in the allocation", "", Interval(0.0, 1.0, closed=True)
     )
 

@@ -3,24 +3,46 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar, NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ftac_gym.baselines.components.reaching import saturation, soft_sign
-from ftac_gym.baselines.components.relative_motion import RelativeMotion
-from ftac_gym.baselines.controllers.hybrid import HybridController
-from ftac_gym.baselines.gains import Range, SearchSpace
+from ftac_gym.baselines.controllers.hybrid import HybridController, HybridGains, Lifted
+from ftac_gym.baselines.gains import Range, SearchSpace, parameter
+from ftac_gym.baselines.rules import Choice, Interval
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import FloatArray, finite, non_negative, positive, require, within
-
-COMPENSATIONS = ("norm", "componentwise", "sliding")
-"""Forms of the fault term: as printed; with each component's own |u1_i|; along S instead of w_e."""
-
+from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
 SMALLEST_GAMMA = 1e-100
-"""Its square is still a number, and S / (|S| + g^2 delta) zero where S is, instead of 0 / 0."""
+"""Smallest g: its square is still a number, and S / (|S| + g^2 delta) is zero at S = 0 instead of 0 / 0."""
+
+
+@dataclass(frozen=True)
+class HSFCGains(HybridGains):
+    """Gains of :class:`HSFC`."""
+
+    gain: float = parameter(5.0, "k", "N m", positive, Range(0.05, 10.0, log=True))
+    attitude_gain: float = parameter(
+        5.0, "k1, which acts through g' only. The paper also lists a k2, which occurs nowhere", "", non_negative
+    )
+    adaptation: float = parameter(0.01, "alpha", "", non_negative, Range(1e-4, 1.0, log=True))
+    smoothing: float = parameter(0.05, "delta", "", Interval(0.0, 1.0), Range(1e-3, 0.9, log=True))
+    smallest_effectiveness: float = parameter(0.2, "g0. One leaves u2 out", "", Interval(0.0, 1.0, closed=True))
+    compensation: str = parameter(
+        "norm",
+        "Fault term: as printed, with |u1_i| of each component, or along S instead of w_e",
+        rule=Choice(("norm", "componentwise", "sliding")),
+    )
+    layer: float = parameter(0.005, "epsilon of the saturation function. Zero takes the sign", "rad/s", non_negative)
+    initial_gamma: float = parameter(
+        2.5, "g(0)", "(rad/s)^(1/2)", Interval(0.0, 1.0 / SMALLEST_GAMMA), Range(0.1, 2.5, log=True)
+    )
+    gamma_floor: float = parameter(
+        0.0, "Lower bound of g. Zero is the printed law", "", non_negative, Range(0.1, 1.5, log=True)
+    )
 
 
 class _Errors(NamedTuple):
@@ -47,92 +69,29 @@ class HSFC(HybridController):
 
     (18) is meant component by component. (19) uses the norm |u1|, which makes u2 a brake that overrules u1 wherever
     (1 - g0)/g0 |u1| > |u1_i|: the body then creeps with rates within the layer. ``"componentwise"`` takes |u1_i|, with
-    which the bound (21) is right, too; ``"sliding"`` takes sat(S_i / layer) for sat(w_e,i / layer).
+    which the bound (21) holds as well; ``"sliding"`` takes sat(S_i / layer) for sat(w_e,i / layer).
 
     g stays positive, above 1e-100 in numbers: it is stepped as g exp(T g'/g), which is exact while g'/g is constant.
-    Nothing keeps g from going to zero, and with it the wish to turn at all: V of the paper's proof vanishes for g = 0,
-    w_e = 0 and any attitude. ``gamma_floor`` is the one line that mends this.
-
-    Parameters
-    ----------
-    scenario, num_spacecraft
-        As for every baseline.
-    gain
-        k [N m].
-    attitude_gain
-        k1; it only acts through g'. The paper also lists a k2, which occurs nowhere.
-    adaptation
-        alpha.
-    smoothing
-        delta, within (0, 1) as the paper says.
-    smallest_effectiveness
-        g0, within (0, 1]; 1 leaves u2 out.
-    compensation
-        One of :data:`COMPENSATIONS`.
-    layer
-        epsilon of the saturation function [rad/s]; zero takes the sign.
-    initial_gamma
-        g(0) [(rad/s)^(1/2)].
-    gamma_floor
-        g is kept at or above this; zero is the print.
-    hysteresis
-        eta; not printed. None keeps h at 1, which unwinds.
-    attitude_filter_time
-        Time constant of the attitude filter [s]; zero for none.
-
-    Raises
-    ------
-    ValueError
-        If a gain breaks a rule.
+    g can go to zero, and the attitude feedback with it: V of the paper's proof vanishes for g = 0, w_e = 0 and any
+    attitude. ``gamma_floor`` is the smallest change that prevents this.
     """
 
-    search_space: ClassVar[SearchSpace] = {
-        "gain": Range(0.05, 10.0, log=True),
-        "adaptation": Range(1e-4, 1.0, log=True),
-        "smoothing": Range(1e-3, 0.9, log=True),
-        "initial_gamma": Range(0.1, 2.5, log=True),
-        "gamma_floor": Range(0.1, 1.5, log=True),
-        "attitude_filter_time": Range(0.0, 5.0),
-    }
+    gains = HSFCGains()
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        num_spacecraft: int = 1,
-        gain: float = 5.0,
-        attitude_gain: float = 5.0,
-        adaptation: float = 0.01,
-        smoothing: float = 0.05,
-        smallest_effectiveness: float = 0.2,
-        compensation: str = "norm",
-        layer: float = 0.005,
-        initial_gamma: float = 2.5,
-        gamma_floor: float = 0.0,
-        hysteresis: float | None = 0.1,
-        attitude_filter_time: float = 0.0,
-    ) -> None:
-        super().__init__(scenario, num_spacecraft, hysteresis, attitude_filter_time)
-        self._gain = positive(gain, "gain")
-        self._attitude_gain = non_negative(attitude_gain, "attitude_gain")
-        self._adaptation = non_negative(adaptation, "adaptation")
-        self._smoothing = within(smoothing, 0.0, 1.0, "smoothing")
-        effectiveness = finite(smallest_effectiveness, "smallest_effectiveness")
-        require(0.0 < effectiveness <= 1.0, "smallest_effectiveness", "must lie within (0, 1]", smallest_effectiveness)
-        require(compensation in COMPENSATIONS, "compensation", f"must be one of {list(COMPENSATIONS)}", compensation)
+    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
+        super().__init__(scenario, num_spacecraft, **gains)
+        effectiveness = self.gains.smallest_effectiveness
         self._share = (1.0 - effectiveness) / effectiveness
-        self._compensation = compensation
-        self._layer = non_negative(layer, "layer")
-        self._floor = max(non_negative(gamma_floor, "gamma_floor"), SMALLEST_GAMMA)
-        start = max(within(initial_gamma, 0.0, 1.0 / SMALLEST_GAMMA, "initial_gamma"), self._floor)
-        self.memory.add("gamma", (1,), initial=start)
+        self._floor = max(self.gains.gamma_floor, SMALLEST_GAMMA)
+        self.memory.add("gamma", (1,), initial=max(self.gains.initial_gamma, self._floor))
 
     @classmethod
     def space(cls, **gains: Any) -> SearchSpace:
-        """Return where a tuner looks: for a floor only in the variant that has one."""
+        """Return the ranges that a tuner searches: that of the floor only for a variant with a floor."""
         return {name: item for name, item in cls.search_space.items() if name != "gamma_floor" or name in gains}
 
     def torque_bound(self, rate: float = 0.0, acceleration: float = 0.0) -> float:
-        """Return what no component of the torque exceeds [N m], whatever the errors.
+        """Return the bound of every component of the torque [N m], for all errors.
 
         With f = J_M (c1^2 + c2), |u1_i| <= k + f and |u1| <= sqrt(3) k + f, hence
         k + f + (1 - g0)/g0 (sqrt(3) k + f); printed is (k + f)/g0, Eq. (21), which holds for ``"componentwise"``.
@@ -143,28 +102,27 @@ class HSFC(HybridController):
             c1 [rad/s] and c2 [rad/s^2], the largest magnitudes of the reference's rate and acceleration.
         """
         follow = self._feed_forward_bound(rate, acceleration)
-        counted = 1.0 if self._compensation == "componentwise" else math.sqrt(3.0)
-        return self._gain + follow + self._share * (counted * self._gain + follow)
+        counted = 1.0 if self.gains.compensation == "componentwise" else math.sqrt(3.0)
+        gain = self.gains.gain
+        return gain + follow + self._share * (counted * gain + follow)
 
-    def _errors(self, motion: RelativeMotion, lifted: tuple[FloatArray, FloatArray]) -> _Errors:
-        error, logic = lifted
-        turned = logic * error
-        turn = turned[:, 1:]
-        return _Errors(turn, turned[:, :1], motion.rate_error, motion.rate_error + self.memory["gamma"] ** 2 * turn)
+    def _errors(self, lifted: Lifted) -> _Errors:
+        turned = lifted.logic * lifted.error
+        turn, rate = turned[:, 1:], lifted.motion.rate_error
+        return _Errors(turn, turned[:, :1], rate, rate + self.memory["gamma"] ** 2 * turn)
 
     def sliding_variable(self, measurement: Measurement) -> FloatArray:
         """Return S (N, 3) [rad/s] at a measurement, for its unfiltered attitude."""
-        motion = self._motion(measurement.attitude, measurement, short_way=False)
-        return self._errors(motion, self._hybrid.peek(motion.error)).variable
+        return self._errors(self._lifted(measurement, move_on=False)).variable
 
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m]."""
-        motion = self._motion(self._filter.update(measurement), measurement, short_way=False)
-        errors = self._errors(motion, self._hybrid.update(motion.error))
-        soft = self.memory["gamma"] ** 2 * self._smoothing
-        torque = -self._gain * soft_sign(errors.variable, soft)
+        lifted = self._lifted(measurement, move_on=True)
+        errors = self._errors(lifted)
+        soft = self.memory["gamma"] ** 2 * self.gains.smoothing
+        torque = -self.gains.gain * soft_sign(errors.variable, soft)
         if self._moving:
-            torque = torque + self._feed_forward(motion, measurement)
+            torque = torque + self._feed_forward(lifted.motion, measurement)
         if self._share > 0.0:
             torque = torque - self._share * self._fault_torque(torque, errors)
         self._adapt(errors, soft)
@@ -172,22 +130,22 @@ class HSFC(HybridController):
 
     def _fault_torque(self, torque: FloatArray, errors: _Errors) -> FloatArray:
         """Return -u2 g0 / (1 - g0) (N, 3) [N m] for u1 (N, 3)."""
-        if self._compensation == "componentwise":
-            componentwise: FloatArray = np.abs(torque) * saturation(errors.rate, self._layer)
+        if self.gains.compensation == "componentwise":
+            componentwise: FloatArray = np.abs(torque) * saturation(errors.rate, self.gains.layer)
             return componentwise
-        along = errors.rate if self._compensation == "norm" else errors.variable
+        along = errors.rate if self.gains.compensation == "norm" else errors.variable
         norm = np.sqrt(np.einsum("ni,ni->n", torque, torque))[:, None]
-        braking: FloatArray = norm * saturation(along, self._layer)
+        braking: FloatArray = norm * saturation(along, self.gains.layer)
         return braking
 
     def _adapt(self, errors: _Errors, soft: FloatArray) -> None:
         """Move the adaptive gain on by one period."""
-        gamma = self.memory["gamma"]
+        own, gamma = self.gains, self.memory["gamma"]
         speed = np.abs(errors.rate)
-        far = gamma**2 * (1.0 + self._smoothing)
+        far = gamma**2 * (1.0 + own.smoothing)
         closing = errors.turn * errors.rate / (np.abs(errors.variable) + soft)
-        each = closing - speed * (1.0 + self._smoothing) / (speed + far)
+        each = closing - speed * (1.0 + own.smoothing) / (speed + far)
         along = np.einsum("ni,ni->n", errors.turn, errors.variable)[:, None]
-        drive = self._gain * each.sum(axis=1, keepdims=True) - 0.5 * self._attitude_gain * along
-        weight = self._adaptation / (1.0 + (2.0 * self._adaptation * self._attitude_gain) * (1.0 - errors.scalar))
+        drive = own.gain * each.sum(axis=1, keepdims=True) - 0.5 * own.attitude_gain * along
+        weight = own.adaptation / (1.0 + (2.0 * own.adaptation * own.attitude_gain) * (1.0 - errors.scalar))
         self.memory["gamma"] = np.maximum(gamma * np.exp(self._period * weight * drive), self._floor)

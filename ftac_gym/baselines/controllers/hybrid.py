@@ -1,6 +1,9 @@
-"""What the laws of Ma et al. 2023 share: the error on the double cover, and the torque that the reference needs."""
+"""Base of the controllers of Ma et al. 2023: the error on the double cover, and the torque along the reference."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -8,35 +11,46 @@ from ftac_gym.attitude import cross, rotate_to_body
 from ftac_gym.baselines.components.double_cover import HybridError
 from ftac_gym.baselines.components.relative_motion import RelativeMotion
 from ftac_gym.baselines.controllers.direct import DirectController
+from ftac_gym.baselines.gains import parameter
+from ftac_gym.baselines.observers.attitude_filter import AttitudeFilterGains
+from ftac_gym.baselines.rules import Interval, Optional
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, non_negative
 
 
+@dataclass(frozen=True)
+class HybridGains(AttitudeFilterGains):
+    """Gains of :class:`HybridController`."""
+
+    hysteresis: float | None = parameter(
+        0.1, "eta; not printed. None keeps h at 1, which unwinds", rule=Optional(Interval(0.0, 1.0))
+    )
+
+
+class Lifted(NamedTuple):
+    """Motion, error quaternion (N, 4) on the double cover and logic variable h (N, 1)."""
+
+    motion: RelativeMotion
+    error: FloatArray
+    logic: FloatArray
+
+
 class HybridController(DirectController):
-    """A law on e_v and h.
+    """A controller on e_v and h (:class:`~ftac_gym.baselines.components.double_cover.HybridError`)."""
 
-    Parameters
-    ----------
-    scenario, num_spacecraft
-        As for every baseline.
-    hysteresis
-        eta, see :class:`~ftac_gym.baselines.components.double_cover.HybridError`; None never jumps.
-    attitude_filter_time
-        Time constant of the attitude filter [s]; zero uses the star tracker as it comes.
+    gains = HybridGains()
 
-    Raises
-    ------
-    ValueError
-        If a gain breaks a rule.
-    """
-
-    def __init__(
-        self, scenario: Scenario, num_spacecraft: int, hysteresis: float | None, attitude_filter_time: float
-    ) -> None:
-        super().__init__(scenario, num_spacecraft, attitude_filter_time)
-        self._hybrid = HybridError(self.memory, hysteresis)
+    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
+        super().__init__(scenario, num_spacecraft, **gains)
+        self._hybrid = HybridError(self.memory, self.gains.hysteresis)
         self._largest_inertia = float(np.linalg.norm(self._inertia, 2))
+
+    def _lifted(self, measurement: Measurement, move_on: bool) -> Lifted:
+        """Return the errors at a measurement; the memory changes only if it moves on."""
+        motion = self._motion(measurement, move_on, short_way=False)
+        lift = self._hybrid.update if move_on else self._hybrid.peek
+        return Lifted(motion, *lift(motion.error))
 
     def _feed_forward(self, motion: RelativeMotion, measurement: Measurement) -> FloatArray:
         """Return (C w_d) x J C w_d + J C w_d' (N, 3) [N m] of a reference that moves."""
@@ -47,7 +61,7 @@ class HybridController(DirectController):
         return torque
 
     def _feed_forward_bound(self, rate: float, acceleration: float) -> float:
-        """Return what no component of the feed-forward exceeds [N m]: J_M (c1^2 + c2).
+        """Return the largest component of the feed-forward [N m]: J_M (c1^2 + c2).
 
         Parameters
         ----------

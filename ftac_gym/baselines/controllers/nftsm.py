@@ -11,7 +11,7 @@ from ftac_gym.attitude import mrp_derivative
 from ftac_gym.baselines.components.reaching import ExponentialReaching
 from ftac_gym.baselines.components.surfaces import NonsingularTerminalSurface
 from ftac_gym.baselines.controllers.relative import RelativeController, RelativeGains
-from ftac_gym.baselines.gains import Range, Share, gain
+from ftac_gym.baselines.gains import Range, Share, parameter
 from ftac_gym.baselines.rules import Interval
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
@@ -22,20 +22,20 @@ from ftac_gym.utils.parameters import FloatArray, non_negative, positive, requir
 class NFTSMGains(RelativeGains):
     """Gains of :class:`NFTSM`."""
 
-    linear: float = gain(0.05, "k1", "rad/s", non_negative, Range(0.005, 0.5, log=True), schedule=(0.005, 0.5))
-    terminal: float = gain(0.15, "k2", "rad/s", non_negative, Range(0.02, 0.5, log=True), schedule=(0.05, 0.6))
-    exponent: float = gain(
+    linear: float = parameter(0.05, "k1", "rad/s", non_negative, Range(0.005, 0.5, log=True), schedule=(0.005, 0.5))
+    terminal: float = parameter(0.15, "k2", "rad/s", non_negative, Range(0.02, 0.5, log=True), schedule=(0.05, 0.6))
+    exponent: float = parameter(
         0.6,
         "r of the surface. The error brakes in proportion to n^(2r - 1) along the surface: evenly for r = 1/2",
         rule=Interval(0.0, 1.0),
         search=Range(0.5, 0.95),
     )
-    bound: float = gain(1e-3, "mu of the surface", "", positive, Range(1e-4, 0.1, log=True))
-    reaching_linear: float = gain(
+    bound: float = parameter(1e-3, "mu of the surface", "", positive, Range(1e-4, 0.1, log=True))
+    reaching_linear: float = parameter(
         1.0, "e1", "1/s", non_negative, Range(0.05, 0.95), (0.05, 0.9), Share("reaching_share", of="rate_gain")
     )
-    reaching_switching: float = gain(0.005, "e2", "rad/s^2", positive, Range(1e-4, 0.1, log=True), (1e-4, 0.05))
-    rate_gain: float = gain(
+    reaching_switching: float = parameter(0.005, "e2", "rad/s^2", positive, Range(1e-4, 0.1, log=True), (1e-4, 0.05))
+    rate_gain: float = parameter(
         4.0,
         "Gain of the rate loop at s = 0, above e1 and well below two over the control period",
         "1/s",

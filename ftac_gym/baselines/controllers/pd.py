@@ -13,7 +13,7 @@ from ftac_gym.baselines.components.allocation import MinimaxAllocation, pseudo_i
 from ftac_gym.baselines.components.gyroscopic import GyroscopicModel
 from ftac_gym.baselines.components.relative_motion import relative_motion
 from ftac_gym.baselines.estimate import FaultEstimate
-from ftac_gym.baselines.gains import Gains, Range, Share, gain
+from ftac_gym.baselines.gains import Gains, Range, Share, parameter
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter
 from ftac_gym.baselines.observers.disturbance_observer import DisturbanceObserver
 from ftac_gym.baselines.rules import AtMost, Choice, flag
@@ -30,7 +30,7 @@ class PDGains(Gains):
     gain margin of 8 dB, a part of which the observer uses.
     """
 
-    braking_share: float = gain(
+    braking_share: float = parameter(
         0.7234,
         "Share of the available deceleration that the profile uses",
         "",
@@ -38,18 +38,18 @@ class PDGains(Gains):
         Range(0.2, 1.0),
         (0.4, 1.0),
     )
-    rate_limit: float = gain(
+    rate_limit: float = parameter(
         0.1659, "Largest commanded slew rate", "rad/s", positive, Range(0.05, 0.3), schedule=(0.08, 0.3)
     )
-    rate_gain: float = gain(7.7145, "c_d", "1/s", positive, Range(0.5, 8.0), schedule=(3.0, 9.5))
-    position_gain: float = gain(
+    rate_gain: float = parameter(7.7145, "c_d", "1/s", positive, Range(0.5, 8.0), schedule=(3.0, 9.5))
+    position_gain: float = parameter(
         3.9498, "c_p, below c_d", "1/s", positive, Range(0.1, 0.8), (0.2, 0.8), Share("position_share", of="rate_gain")
     )
-    attitude_filter_time: float = gain(
+    attitude_filter_time: float = parameter(
         1.7035, "Time constant of the attitude filter. Zero for no filter", "s", non_negative, Range(0.1, 5.0)
     )
-    allocation: str = gain("minimax", "Allocation to the wheels", rule=Choice(("minimax", "pseudo_inverse")))
-    telemetry: bool = gain(False, "Whether the gyroscopic torque uses the measured wheel momentum", rule=flag)
+    allocation: str = parameter("minimax", "Allocation to the wheels", rule=Choice(("minimax", "pseudo_inverse")))
+    telemetry: bool = parameter(False, "Whether the gyroscopic torque uses the measured wheel momentum", rule=flag)
 
     def __post_init__(self) -> None:
         """Check the fields."""
@@ -129,7 +129,7 @@ class PD(Baseline):
 class PDDisturbanceObserverGains(PDGains):
     """Gains of :class:`PDDisturbanceObserver`."""
 
-    bandwidth: float = gain(4.5602, "Bandwidth of the observer", "rad/s", positive, Range(0.2, 5.0), (0.5, 20.0))
+    bandwidth: float = parameter(4.5602, "Bandwidth of the observer", "rad/s", positive, Range(0.2, 5.0), (0.5, 20.0))
 
 
 class PDDisturbanceObserver(PD):

@@ -16,7 +16,7 @@ from ftac_gym.attitude import (
 )
 from ftac_gym.baselines.components.input_shaping import SIGNS, rest_to_rest, shaper_of
 from ftac_gym.baselines.controllers.pd import PDDisturbanceObserver, PDDisturbanceObserverGains
-from ftac_gym.baselines.gains import Range, gain
+from ftac_gym.baselines.gains import Range, parameter
 from ftac_gym.baselines.memory import BoolArray
 from ftac_gym.baselines.rules import AtMost, Optional, Whole
 from ftac_gym.task.measurement import Measurement
@@ -36,15 +36,15 @@ class ShapedPDGains(PDDisturbanceObserverGains):
         "rate_limit", meaning="Largest commanded rate, of the turn and of catching up with it", schedule=None
     )
     position_gain: float = PDDisturbanceObserverGains.changed("position_gain", schedule=(0.1, 0.8))
-    acceleration_share: float = gain(
+    acceleration_share: float = parameter(
         0.5,
         "Share of what healthy wheels can give about an axis that the turn, and the stop, use. The rest is for "
         "feedback, weak wheels and the gyroscopic torque",
         rule=AtMost(1.0),
         search=Range(0.2, 0.9),
     )
-    order: int = gain(2, "Order of the shaper of each mode: 1 for ZV, 2 for ZVD", rule=Whole(1))
-    shaped_modes: int | None = gain(None, "Number of modes to shape for, lowest first", rule=Optional(Whole(0)))
+    order: int = parameter(2, "Order of the shaper of each mode: 1 for ZV, 2 for ZVD", rule=Whole(1))
+    shaped_modes: int | None = parameter(None, "Number of modes to shape for, lowest first", rule=Optional(Whole(0)))
 
 
 class ShapedPD(PDDisturbanceObserver):

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from ftac_gym.baselines.components.allocation import scale_to_limits
 from ftac_gym.baselines.components.relative_motion import RelativeMotion, relative_motion
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantController, FaultTolerantGains
-from ftac_gym.baselines.gains import Range, fixed, gain
+from ftac_gym.baselines.gains import Range, fixed, parameter
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
@@ -27,7 +27,7 @@ class RelativeGains(FaultTolerantGains):
     """Gains of :class:`RelativeController`."""
 
     smallest_effectiveness: float = fixed(0.05)
-    attitude_filter_time: float = gain(
+    attitude_filter_time: float = parameter(
         1.0, "Time constant of the attitude filter. Zero for no filter", "s", non_negative, Range(0.1, 5.0)
     )
 

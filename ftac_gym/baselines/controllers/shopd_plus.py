@@ -3,20 +3,30 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ftac_gym.attitude import cross
 from ftac_gym.baselines.components.reaching import saturation
-from ftac_gym.baselines.controllers.hybrid import HybridController
-from ftac_gym.baselines.gains import Range, SearchSpace
+from ftac_gym.baselines.controllers.hybrid import HybridController, HybridGains
+from ftac_gym.baselines.gains import Range, parameter
+from ftac_gym.baselines.rules import Choice
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import FloatArray, positive, require
+from ftac_gym.utils.parameters import FloatArray, positive
 
-STARTS = ("matched", "zero")
-"""How the filter starts: with v = 0, or with q_c = 0."""
+
+@dataclass(frozen=True)
+class SHOPDPlusGains(HybridGains):
+    """Gains of :class:`SHOPDPlus`."""
+
+    gain: float = parameter(30.0, "k4", "N m", positive, Range(0.05, 30.0, log=True))
+    damping: float = parameter(8.0, "k5", "N m", positive, Range(0.05, 30.0, log=True))
+    filter_rate: float = parameter(1.0, "A, the same on each axis", "1/s", positive, Range(0.05, 5.0, log=True))
+    filter_gain: float = parameter(3.0, "B, the same on each axis", "", positive, Range(0.5, 100.0, log=True))
+    filter_start: str = parameter("matched", "Start of the filter: v = 0, or q_c = 0", rule=Choice(("matched", "zero")))
 
 
 class SHOPDPlus(HybridController):
@@ -27,61 +37,19 @@ class SHOPDPlus(HybridController):
 
     The second term has no h: its filter is driven by e_v. (55) is stepped exactly for an error held over the period.
     q_c(0) is not printed; with q_c(0) = 0 the torque starts with B e_v(0) in it, with v = 0 ("matched") without.
-
-    Parameters
-    ----------
-    scenario, num_spacecraft
-        As for every baseline.
-    gain, damping
-        k4, k5 [N m].
-    filter_rate
-        A [1/s], the same on each axis.
-    filter_gain
-        B, the same on each axis.
-    filter_start
-        One of :data:`STARTS`.
-    hysteresis
-        eta; not printed. None keeps h at 1, which unwinds.
-    attitude_filter_time
-        Time constant of the attitude filter [s]; zero for none. It uses the gyros, which the law itself does not.
-
-    Raises
-    ------
-    ValueError
-        If a gain breaks a rule.
+    The attitude filter uses the gyros, which the law itself does not.
     """
 
-    search_space: ClassVar[SearchSpace] = {
-        "gain": Range(0.05, 30.0, log=True),
-        "damping": Range(0.05, 30.0, log=True),
-        "filter_rate": Range(0.05, 5.0, log=True),
-        "filter_gain": Range(0.5, 100.0, log=True),
-        "attitude_filter_time": Range(0.0, 5.0),
-    }
+    gains = SHOPDPlusGains()
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        num_spacecraft: int = 1,
-        gain: float = 30.0,
-        damping: float = 8.0,
-        filter_rate: float = 1.0,
-        filter_gain: float = 3.0,
-        filter_start: str = "matched",
-        hysteresis: float | None = 0.1,
-        attitude_filter_time: float = 0.0,
-    ) -> None:
-        super().__init__(scenario, num_spacecraft, hysteresis, attitude_filter_time)
-        self._gain, self._damping = positive(gain, "gain"), positive(damping, "damping")
-        self._kept = math.exp(-positive(filter_rate, "filter_rate") * self._period)
-        self._filter_gain = positive(filter_gain, "filter_gain")
-        require(filter_start in STARTS, "filter_start", f"must be one of {list(STARTS)}", filter_start)
-        self._matched = filter_start == "matched"
+    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
+        super().__init__(scenario, num_spacecraft, **gains)
+        self._decay = math.exp(-self.gains.filter_rate * self._period)
         self.memory.add("filter_state", (3,))
-        self.memory.add("filter_started", (1,), initial=not self._matched)
+        self.memory.add("filter_started", (1,), initial=self.gains.filter_start == "zero")
 
     def torque_bound(self, rate: float = 0.0, acceleration: float = 0.0) -> float:
-        """Return what no component of the torque exceeds [N m]: sqrt(k4^2 + 3 k5^2) + J_M (c1^2 + c2).
+        """Return the bound of every component of the torque [N m]: sqrt(k4^2 + 3 k5^2) + J_M (c1^2 + c2).
 
         The second term is at most k5 sqrt(3) sqrt(1 - e_i^2), since the rows of (e_4 I + [e_v x])' have the length
         sqrt(1 - e_i^2) and no component of sat exceeds one.
@@ -91,22 +59,23 @@ class SHOPDPlus(HybridController):
         rate, acceleration
             c1 [rad/s] and c2 [rad/s^2], the largest magnitudes of the reference's rate and acceleration.
         """
-        return math.hypot(self._gain, math.sqrt(3.0) * self._damping) + self._feed_forward_bound(rate, acceleration)
+        return math.hypot(self.gains.gain, math.sqrt(3.0) * self.gains.damping) + self._feed_forward_bound(
+            rate, acceleration
+        )
 
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m]."""
         memory = self.memory
-        motion = self._motion(self._filter.update(measurement), measurement, short_way=False)
-        error, logic = self._hybrid.update(motion.error)
+        motion, error, logic = self._lifted(measurement, move_on=True)
         axis = error[:, 1:]
-        driven = self._filter_gain * axis
+        driven = self.gains.filter_gain * axis
         state = np.where(memory["filter_started"], memory["filter_state"], -driven)
         value = state + driven
         held = saturation(value, 1.0)
         # (e_4 I + [e_v x])' v = e_4 v - e_v x v
-        torque = -self._gain * logic * axis - self._damping * (error[:, :1] * held - cross(axis, held))
+        torque = -self.gains.gain * logic * axis - self.gains.damping * (error[:, :1] * held - cross(axis, held))
         if self._moving:
             torque = torque + self._feed_forward(motion, measurement)
-        memory["filter_state"] = self._kept * value - driven
+        memory["filter_state"] = self._decay * value - driven
         memory["filter_started"] = np.ones_like(memory["filter_started"])
         return self._to_wheels(torque)

@@ -1,14 +1,30 @@
-"""Star tracker and gyro blended: a fixed-gain attitude filter."""
+"""Blend of star tracker and gyro: a fixed-gain attitude filter."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from ftac_gym.attitude import canonical, quaternion_conjugate, quaternion_from_rotation_vector, quaternion_product
+from ftac_gym.baselines.gains import Gains, Range, parameter
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, non_negative
+
+
+@dataclass(frozen=True)
+class AttitudeFilterGains(Gains):
+    """Gain of :class:`AttitudeFilter` in a controller."""
+
+    attitude_filter_time: float = parameter(
+        0.0,
+        "Time constant of the attitude filter. Zero passes the star tracker through",
+        "s",
+        non_negative,
+        Range(0.0, 5.0),
+    )
 
 
 class AttitudeFilter:

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ftac_gym.baselines.estimate import FaultEstimate
-from ftac_gym.baselines.gains import Gains, Range, gain
+from ftac_gym.baselines.gains import Gains, Range, parameter
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.observers.observer import FaultObserver
 from ftac_gym.task.measurement import Measurement
@@ -20,7 +20,7 @@ from ftac_gym.utils.parameters import FloatArray, positive
 class TachometerGains(Gains):
     """Gains of :class:`Tachometer`."""
 
-    bandwidth: float = gain(10.0, "Bandwidth of the low-pass", "rad/s", positive, Range(0.5, 50.0, log=True))
+    bandwidth: float = parameter(10.0, "Bandwidth of the low-pass", "rad/s", positive, Range(0.5, 50.0, log=True))
 
 
 class Tachometer(FaultObserver):
