@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.baselines.estimate import FaultEstimate
-from ftac_gym.baselines.gains import SearchSpace
+from ftac_gym.baselines.gains import SearchSpace, schedule_of, with_schedule
 from ftac_gym.baselines.interface import as_action, measurement_of
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.tunable import Tunable
@@ -117,9 +117,9 @@ class Baseline(Tunable, ABC):
 
     def _schedule(self, gains: Mapping[str, FloatArray]) -> None:
         """Use checked gains, each (N, 1); overridden where more than :attr:`scheduled` depends on them."""
-        if not self.gains.schedulable():
+        if not schedule_of(self.gains):
             raise NotImplementedError(f"{type(self).__name__} must override _schedule, or have a dataclass of gains")
-        self.scheduled = self.gains.scheduled(gains)
+        self.scheduled = with_schedule(self.gains, gains)
 
     def act_only(self, measurement: Measurement, mask: BoolArray) -> FloatArray:
         """Act for the spacecraft in the mask (N,) alone: the memory of the others is kept, their rows are undefined."""

@@ -28,7 +28,7 @@ gets from the fields its signature, the section Parameters of its docstring, ``s
 - rules between several gains, in ``__post_init__`` of the dataclass after ``super().__post_init__()``;
 - rules between gains and scenario, in ``__init__`` of the class after ``super().__init__``.
 
-A dataclass extends that of its base class by inheritance. There :meth:`Gains.changed` gives an inherited gain another
+A dataclass extends that of its base class by inheritance. There :func:`changed` gives an inherited gain another
 default, search range or text at its old place, and :func:`fixed` takes it out of the signature. The order of the fields
 is that of the actions of :class:`~ftac_gym.wrappers.GainScheduling`.
 """
@@ -39,7 +39,7 @@ from collections.abc import Mapping
 from copy import copy
 from dataclasses import Field, dataclass, fields
 from dataclasses import field as dataclass_field
-from typing import Any, Self
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -77,6 +77,8 @@ class Range:
         """Return the interval in words."""
         return f"from {self.low:g} to {self.high:g}{', logarithmic' if self.log else ''}"
 
+
+G = TypeVar("G", bound="Gains")
 
 SearchSpace = Mapping[str, Range]
 """Ranges by the name of the gain; ``"part.gain"`` is a gain of a part, such as the observer."""
@@ -154,58 +156,60 @@ class Gains:
             if rule := item.metadata.get("rule"):
                 object.__setattr__(self, item.name, rule(getattr(self, item.name), item.name))
 
-    @classmethod
-    def offered(cls) -> tuple[Field[Any], ...]:
-        """Return the fields that a user can set."""
-        return tuple(item for item in fields(cls) if item.init)
 
-    @classmethod
-    def changed(cls, name: str, default: Any = ..., **metadata: Any) -> Any:
-        """Return an inherited gain with another default or other arguments of :func:`parameter`."""
-        item = next(item for item in fields(cls) if item.name == name)
-        return parameter(item.default if default is ... else default, **{**item.metadata, **metadata})
+def changed(base: type[Gains], name: str, default: Any = ..., **metadata: Any) -> Any:
+    """Return an inherited field with another default or other arguments of :func:`parameter`."""
+    item = next(item for item in fields(base) if item.name == name)
+    return parameter(item.default if default is ... else default, **{**item.metadata, **metadata})
 
-    @classmethod
-    def shares(cls) -> dict[str, tuple[str, str]]:
-        """Return the shares: name of the share to the gain and the gain that limits it."""
-        found = ((item.name, item.metadata.get("share")) for item in cls.offered())
-        return {share.name: (name, share.of) for name, share in found if share is not None}
 
-    @classmethod
-    def search_space(cls) -> dict[str, Range]:
-        """Return the ranges that a tuner searches, by the name of the gain, its share, or ``"part.gain"``."""
-        space: dict[str, Range] = {}
-        for item in cls.offered():
-            search = item.metadata.get("search")
-            if isinstance(search, Mapping):
-                space.update({f"{item.name}.{name}": part for name, part in search.items()})
-            elif search is not None:
-                space[_searched(item)] = search
-        return space
+def offered(gains: Gains) -> tuple[Field[Any], ...]:
+    """Return the fields that a user can set."""
+    return tuple(item for item in fields(gains) if item.init)
 
-    @classmethod
-    def schedulable(cls) -> dict[str, tuple[float, float]]:
-        """Return the usual bounds of the gains that may be scheduled, by the name of the gain or of its share."""
-        return {_searched(item): bounds for item in cls.offered() if (bounds := item.metadata.get("schedule"))}
 
-    def scheduled(self, values: Mapping[str, FloatArray]) -> Self:
-        """Return gains with arrays (N, 1) in place of some numbers, unchecked; shares follow their limits.
+def shares_of(gains: Gains) -> dict[str, tuple[str, str]]:
+    """Return the shares: name of the share to the gain and the gain that limits it."""
+    found = ((item.name, item.metadata.get("share")) for item in offered(gains))
+    return {share.name: (name, share.of) for name, share in found if share is not None}
 
-        Parameters
-        ----------
-        values
-            Arrays (N, 1) by the name of the gain or of its share.
-        """
-        result = copy(self)
-        for name, (gain, limit) in self.shares().items():
-            own, own_limit = getattr(self, gain), getattr(self, limit)
-            if name in values or limit in values:
-                now = values.get(limit, own_limit)
-                value = scheduled_share(own, own_limit, values.get(name, own / own_limit), now)
-                object.__setattr__(result, gain, value)
-        for name in values.keys() - self.shares().keys():
-            object.__setattr__(result, name, values[name])
-        return result
+
+def search_space_of(gains: Gains) -> dict[str, Range]:
+    """Return the ranges that a tuner searches, by the name of the gain, its share, or ``"part.gain"``."""
+    space: dict[str, Range] = {}
+    for item in offered(gains):
+        search = item.metadata.get("search")
+        if isinstance(search, Mapping):
+            space.update({f"{item.name}.{name}": part for name, part in search.items()})
+        elif search is not None:
+            space[_searched(item)] = search
+    return space
+
+
+def schedule_of(gains: Gains) -> dict[str, tuple[float, float]]:
+    """Return the usual bounds of the gains that may be scheduled, by the name of the gain or of its share."""
+    return {_searched(item): bounds for item in offered(gains) if (bounds := item.metadata.get("schedule"))}
+
+
+def with_schedule(gains: G, values: Mapping[str, FloatArray]) -> G:
+    """Return gains with arrays (N, 1) in place of some numbers, unchecked; shares follow their limits.
+
+    Parameters
+    ----------
+    gains
+        The gains without a schedule.
+    values
+        Arrays (N, 1) by the name of the gain or of its share.
+    """
+    result, shares = copy(gains), shares_of(gains)
+    for name, (gain, limit) in shares.items():
+        own, own_limit = getattr(gains, gain), getattr(gains, limit)
+        if name in values or limit in values:
+            share, now = values.get(name, own / own_limit), values.get(limit, own_limit)
+            object.__setattr__(result, gain, scheduled_share(own, own_limit, share, now))
+    for name in values.keys() - shares.keys():
+        object.__setattr__(result, name, values[name])
+    return result
 
 
 def _searched(item: Field[Any]) -> str:

@@ -8,7 +8,17 @@ from inspect import Parameter, Signature
 from textwrap import indent
 from typing import Any, ClassVar
 
-from ftac_gym.baselines.gains import Gains, SearchSpace, description, flat, nested
+from ftac_gym.baselines.gains import (
+    Gains,
+    SearchSpace,
+    description,
+    flat,
+    nested,
+    offered,
+    schedule_of,
+    search_space_of,
+    shares_of,
+)
 
 _ARGUMENTS = {
     "scenario": "The task.",
@@ -50,7 +60,7 @@ class Tunable:
     __signature__: ClassVar[Signature]
 
     def __init__(self, **gains: Any) -> None:
-        known = [item.name for item in self.gains.offered()]
+        known = [item.name for item in offered(self.gains)]
         for name in gains:
             if name not in known:
                 raise TypeError(f"gains of {type(self).__name__} must be among {known}, got {name!r}")
@@ -60,9 +70,10 @@ class Tunable:
         """Derive what the fields of the gains say."""
         super().__init_subclass__()
         if "gains" in cls.__dict__:
-            for name in ("search_space", "shares", "schedulable"):
+            derived = {"search_space": search_space_of, "shares": shares_of, "schedulable": schedule_of}
+            for name, derive in derived.items():
                 if name not in cls.__dict__:
-                    setattr(cls, name, getattr(cls.gains, name)())
+                    setattr(cls, name, derive(cls.gains))
         cls.__signature__ = _signature(cls)
         if cls.__dict__.get("__doc__"):
             cls.__doc__ = _document(cls)
@@ -94,7 +105,7 @@ def _signature(cls: type[Tunable]) -> Signature:
         if base is Tunable:
             keywords = (
                 Parameter(item.name, Parameter.KEYWORD_ONLY, default=item.default, annotation=item.type)
-                for item in cls.gains.offered()
+                for item in offered(cls.gains)
             )
             found = {**{item.name: item for item in keywords}, **found}
             break
@@ -113,7 +124,7 @@ def _signature(cls: type[Tunable]) -> Signature:
 def _document(cls: type[Tunable]) -> str:
     """Return the docstring of a class with the section Parameters, before the section Raises."""
     text = inspect.cleandoc(cls.__doc__ or "")
-    words = {**_ARGUMENTS, **{item.name: _entry(cls, item) for item in cls.gains.offered()}}
+    words = {**_ARGUMENTS, **{item.name: _entry(cls, item) for item in offered(cls.gains)}}
     names = list(cls.__signature__.parameters)
     if "\nParameters\n---" in text or not all(name in words for name in names):
         return text

@@ -11,7 +11,7 @@ from ftac_gym.baselines.components.adaptation import LeakyAdaptation
 from ftac_gym.baselines.components.reaching import PowerReaching
 from ftac_gym.baselines.components.surfaces import NonsingularTerminalSurface
 from ftac_gym.baselines.controllers.hybrid import HybridController, HybridGains, Lifted
-from ftac_gym.baselines.gains import Range, parameter
+from ftac_gym.baselines.gains import Range, changed, parameter
 from ftac_gym.baselines.rules import Interval
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
@@ -22,7 +22,7 @@ from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, po
 class AFNTSMCGains(HybridGains):
     """Gains of :class:`AFNTSMC`."""
 
-    hysteresis: float | None = HybridGains.changed("hysteresis", None, meaning="eta. None, as printed, unwinds")
+    hysteresis: float | None = changed(HybridGains, "hysteresis", None, meaning="eta. None, as printed, unwinds")
     linear: float = parameter(1.0, "k2", "rad/s", non_negative, Range(0.005, 1.0, log=True))
     terminal: float = parameter(1.0, "k3", "rad/s", non_negative, Range(0.005, 1.0, log=True))
     exponent: float = parameter(0.6, "nu = nu1 / nu2", "", Interval(0.0, 1.0), Range(0.5, 0.95))

@@ -2,18 +2,34 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ftac_gym.attitude import cross
 from ftac_gym.baselines.components.relative_motion import RelativeMotion
 from ftac_gym.baselines.components.takagi_sugeno import TriangularSets
-from ftac_gym.baselines.controllers.flexible import FlexibleController, scheduled_feedback
-from ftac_gym.baselines.gains import Range, SearchSpace
+from ftac_gym.baselines.controllers.flexible import FlexibleController, FlexibleGains, scheduled_feedback
+from ftac_gym.baselines.gains import Range, changed, fixed, parameter
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
+
+
+@dataclass(frozen=True)
+class AISMCGains(FlexibleGains):
+    """Gains of :class:`AISMC`."""
+
+    faults: str = fixed("none")
+    observer: None = fixed(None)
+    design: str = parameter(
+        "solved",
+        "Source of K_i [N m s/rad], see :class:`~ftac_gym.baselines.controllers.fuzzy_smc.FuzzySMC`",
+    )
+    slope: float = changed(FlexibleGains, "slope", search=Range(0.05, 2.0, log=True))
+    margin: float = parameter(0.002, "sigma", "N m", non_negative, Range(1e-4, 0.1, log=True))
+    layer: float = parameter(0.01, "sigma'", "rad/s", positive, Range(1e-3, 0.3, log=True))
 
 
 class AISMC(FlexibleController):
@@ -26,50 +42,19 @@ class AISMC(FlexibleController):
     A_i + B K_i would have it do, and never knows in which direction. K_i is that of the fuzzy controller: the paper
     takes it from a theorem of another one. The integral is the trapezoidal rule.
 
-    Parameters
-    ----------
-    scenario, num_spacecraft
-        As for every baseline.
-    design
-        Where K_i [N m s/rad] is from, see :class:`~ftac_gym.baselines.controllers.fuzzy_smc.FuzzySMC`.
-    slope
-        beta [rad/s].
-    margin, layer
-        sigma [N m] and sigma' [rad/s].
-    limit, short_way, attitude_filter_time
-        See :class:`~ftac_gym.baselines.controllers.flexible.FlexibleController`.
-
     Raises
     ------
     ValueError
         If the spacecraft is rigid, a gain breaks a rule, or K_i leaves an unstable s for this spacecraft.
     """
 
-    search_space: ClassVar[SearchSpace] = {
-        "slope": Range(0.05, 2.0, log=True),
-        "margin": Range(1e-4, 0.1, log=True),
-        "layer": Range(1e-3, 0.3, log=True),
-        "attitude_filter_time": Range(0.0, 5.0),
-    }
+    gains = AISMCGains()
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        num_spacecraft: int = 1,
-        design: str = "solved",
-        slope: float = 2.0,
-        margin: float = 0.002,
-        layer: float = 0.01,
-        limit: str = "each",
-        short_way: bool = True,
-        attitude_filter_time: float = 0.0,
-    ) -> None:
-        super().__init__(scenario, num_spacecraft, "none", None, slope, limit, short_way, attitude_filter_time)
-        self._feedback = scheduled_feedback(scenario, design)
+    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
+        super().__init__(scenario, num_spacecraft, **gains)
+        self._feedback = scheduled_feedback(scenario, self.gains.design)
         self._quick_inverse: FloatArray = np.linalg.inv(self._quick_inertia).astype(np.float64)
         self._membership = TriangularSets()
-        self._margin = non_negative(margin, "margin")
-        self._layer = positive(layer, "layer")
         self.memory.add("integral", (3,))
         self.memory.add("last_slope", (3,))
         self.memory.add("fresh", (1,), initial=True)
@@ -86,7 +71,7 @@ class AISMC(FlexibleController):
         memory["last_slope"], memory["fresh"] = slope, np.zeros_like(fresh)
 
         bound = np.linalg.norm(variable - memory["integral"], axis=1)
-        gain = np.einsum("nr,nr->n", weights, np.linalg.norm(feedback, axis=2)) + self._margin + bound
-        size = np.linalg.norm(variable, axis=1) + self._layer
+        gain = np.einsum("nr,nr->n", weights, np.linalg.norm(feedback, axis=2)) + self.gains.margin + bound
+        size = np.linalg.norm(variable, axis=1) + self.gains.layer
         torque: FloatArray = -(gain / size)[:, None] * variable
         return torque - self._nonlinear_torque(measurement, motion)

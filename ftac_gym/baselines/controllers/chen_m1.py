@@ -16,7 +16,7 @@ from ftac_gym.baselines.components.reaching import PowerReaching
 from ftac_gym.baselines.components.surfaces import signed_power
 from ftac_gym.baselines.controllers.chen import ChenController, ChenFuzzyGains
 from ftac_gym.baselines.controllers.prescribed import PrescribedError
-from ftac_gym.baselines.gains import Range, fixed, parameter
+from ftac_gym.baselines.gains import Range, changed, fixed, parameter
 from ftac_gym.baselines.rules import Choice, Interval, Whole
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.prescribed_bound import PrescribedBound
@@ -29,7 +29,7 @@ class ChenM1Gains(ChenFuzzyGains):
     """Gains of :class:`ChenM1`."""
 
     shadow_switch: bool = fixed(True)
-    rate_gain: float = ChenFuzzyGains.changed("rate_gain", rule=non_negative)
+    rate_gain: float = changed(ChenFuzzyGains, "rate_gain", rule=non_negative)
     attitude_power_gain: float = parameter(0.01, "tau1", "", non_negative)
     rate_power_gain: float = parameter(0.5, "tau2", "", non_negative)
     power: float = parameter(0.3, 'g ("gamma")', "", Interval(0.0, 1.0))

@@ -1,75 +1,38 @@
-"""PD control on the fuzzy observer: the first comparator of Li, Xu and Chang 2023."""
+"""PD control with the fuzzy observer: the first comparator of Li, Xu and Chang 2023."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from dataclasses import dataclass
 
 from ftac_gym.baselines.components.relative_motion import RelativeMotion
-from ftac_gym.baselines.controllers.flexible import FlexibleController
-from ftac_gym.baselines.gains import Range, SearchSpace
+from ftac_gym.baselines.controllers.flexible import FlexibleController, FlexibleGains
+from ftac_gym.baselines.gains import Range, changed, parameter
+from ftac_gym.baselines.rules import Choice
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import FloatArray, positive, require
+from ftac_gym.utils.parameters import FloatArray, positive
 
-COMPENSATIONS = ("printed", "gyroscopic")
+
+@dataclass(frozen=True)
+class FuzzyPDGains(FlexibleGains):
+    """Gains of :class:`FuzzyPD`."""
+
+    faults: str = changed(FlexibleGains, "faults", "fafeo")
+    position_gain: float = parameter(20.0, "k_p", "N m", positive, Range(0.1, 500.0, log=True))
+    rate_gain: float = parameter(60.0, "k_d", "N m s", positive, Range(1.0, 1000.0, log=True))
+    compensation: str = parameter("printed", "Compensated terms", rule=Choice(("printed", "gyroscopic")))
 
 
 class FuzzyPD(FlexibleController):
-    """Eq. (69) of Li et al. 2023: torque = -k_p q_ev - k_d w_e - f^ - d^ - (what is compensated).
+    """Eq. (69) of Li et al. 2023: torque = -k_p q_ev - k_d w_e - f^ - d^ - (the compensated terms).
 
     Printed, all of g(s) is compensated, which adds (J - delta' delta) beta / 2 to the damping: with the paper's numbers
-    three to five times k_d. The gyroscopic variant takes off w x J w and the acceleration of the reference alone.
-
-    Parameters
-    ----------
-    scenario, num_spacecraft
-        As for every baseline.
-    faults, observer
-        See :class:`~ftac_gym.baselines.controllers.fault_tolerant.FaultTolerantController`.
-    position_gain, rate_gain
-        k_p [N m] and k_d [N m s].
-    compensation
-        ``"printed"`` or ``"gyroscopic"``.
-    slope
-        beta of g(s) [rad/s].
-    limit, short_way, attitude_filter_time
-        See :class:`~ftac_gym.baselines.controllers.flexible.FlexibleController`.
-
-    Raises
-    ------
-    ValueError
-        If a gain breaks a rule.
+    three to five times k_d. The gyroscopic variant compensates w x J w and the acceleration of the reference alone.
     """
 
-    search_space: ClassVar[SearchSpace] = {
-        "position_gain": Range(0.1, 500.0, log=True),
-        "rate_gain": Range(1.0, 1000.0, log=True),
-        "attitude_filter_time": Range(0.0, 5.0),
-    }
-
-    def __init__(
-        self,
-        scenario: Scenario,
-        num_spacecraft: int = 1,
-        faults: str = "fafeo",
-        observer: Mapping[str, Any] | None = None,
-        position_gain: float = 20.0,
-        rate_gain: float = 60.0,
-        compensation: str = "printed",
-        slope: float = 2.0,
-        limit: str = "each",
-        short_way: bool = True,
-        attitude_filter_time: float = 0.0,
-    ) -> None:
-        super().__init__(scenario, num_spacecraft, faults, observer, slope, limit, short_way, attitude_filter_time)
-        require(compensation in COMPENSATIONS, "compensation", f"must be one of {list(COMPENSATIONS)}", compensation)
-        self._position_gain = positive(position_gain, "position_gain")
-        self._rate_gain = positive(rate_gain, "rate_gain")
-        self._whole = compensation == "printed"
+    gains = FuzzyPDGains()
 
     def _torque(self, measurement: Measurement, motion: RelativeMotion, variable: FloatArray) -> FloatArray:
-        torque = -self._position_gain * motion.error[:, 1:] - self._rate_gain * motion.rate_error
-        if self._whole:
+        torque = -self.gains.position_gain * motion.error[:, 1:] - self.gains.rate_gain * motion.rate_error
+        if self.gains.compensation == "printed":
             return torque - self._nonlinear_torque(measurement, motion)
         return torque + self._gyroscopic_torque(measurement, motion)

@@ -16,7 +16,7 @@ from ftac_gym.attitude import (
 )
 from ftac_gym.baselines.components.input_shaping import SIGNS, rest_to_rest, shaper_of
 from ftac_gym.baselines.controllers.pd import PDDisturbanceObserver, PDDisturbanceObserverGains
-from ftac_gym.baselines.gains import Range, parameter
+from ftac_gym.baselines.gains import Range, changed, parameter
 from ftac_gym.baselines.memory import BoolArray
 from ftac_gym.baselines.rules import AtMost, Optional, Whole
 from ftac_gym.task.measurement import Measurement
@@ -30,12 +30,15 @@ _FIRST_AXIS = np.array([1.0, 0.0, 0.0])
 class ShapedPDGains(PDDisturbanceObserverGains):
     """Gains of :class:`ShapedPD`."""
 
-    braking_share: float = PDDisturbanceObserverGains.changed("braking_share", schedule=(0.1, 1.0))
+    braking_share: float = changed(PDDisturbanceObserverGains, "braking_share", schedule=(0.1, 1.0))
     # Not scheduled: the plan, which is made once for a slew, has the same limit.
-    rate_limit: float = PDDisturbanceObserverGains.changed(
-        "rate_limit", meaning="Largest commanded rate, of the turn and of catching up with it", schedule=None
+    rate_limit: float = changed(
+        PDDisturbanceObserverGains,
+        "rate_limit",
+        meaning="Largest commanded rate, of the turn and of catching up with it",
+        schedule=None,
     )
-    position_gain: float = PDDisturbanceObserverGains.changed("position_gain", schedule=(0.1, 0.8))
+    position_gain: float = changed(PDDisturbanceObserverGains, "position_gain", schedule=(0.1, 0.8))
     acceleration_share: float = parameter(
         0.5,
         "Share of what healthy wheels can give about an axis that the turn, and the stop, use. The rest is for "
