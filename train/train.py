@@ -1,9 +1,9 @@
 """Train an agent: PPO, RecurrentPPO, SAC or TQC; a residual on a baseline, a scheduler of its gains, or direct.
 
-Hyperparameters come from train/configs/ALGO.yml, by environment id, in RL Baselines3 Zoo's format. Everything a run
-needs or makes lies in its folder: ``config.json``, checkpoints with normaliser, ``evaluations.csv``, TensorBoard logs,
-and in ``agent`` the best agent so far, judged by its mean return on fixed feasible episodes. A killed run goes on from
-its last checkpoint with ``--resume``.
+Hyperparameters come from train/configs/ALGO.yml, by environment id, in RL Baselines3 Zoo's format. All files of a run
+lie in its folder: ``config.json``, checkpoints with normaliser, ``evaluations.csv``, TensorBoard logs, and in ``agent``
+the best agent so far. The best agent has the largest mean return on fixed feasible episodes. ``--resume`` continues a
+killed run from its last checkpoint.
 
 Examples
 --------
@@ -21,9 +21,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import shlex
-import subprocess
 import time
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -38,24 +37,34 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 import ftac_gym
 from ftac_gym import scenarios
-from ftac_gym.agents.agent import CARD_FILE, MODEL_FILE, NORMALIZER_FILE, Interface, load_model
-from ftac_gym.agents.shipped import EVALUATIONS_FILE
+from ftac_gym.agents.agent import CARD_FILE, MODEL_FILE, NORMALIZER_FILE, Agent, Interface, load_model
+from ftac_gym.evaluation import rollout
+from ftac_gym.evaluation.metrics import summarize
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.training.algorithms import build, has_base, resumed_kind
-from ftac_gym.training.callbacks import Keeper, Schedule, checkpoints
-from ftac_gym.training.hyperparameters import Recipe, parse_values, parse_words, read_recipe, written_out
+from ftac_gym.training.callbacks import Schedule, TrainingCallback, checkpoints
+from ftac_gym.training.hyperparameters import (
+    Hyperparameters,
+    parse_assignments,
+    read_hyperparameters,
+    with_base_gains,
+    wrappers_from_text,
+)
+from ftac_gym.utils.console import command_line, commit, exit_on
 from ftac_gym.utils.parameters import require
 from ftac_gym.wrappers import SB3VecEnv
 
 CONFIGS = Path(__file__).parent / "configs"
+COMMIT = commit(CONFIGS) or "unknown"
+"""Read at the start: the working tree may change while a run trains."""
 
 
 @dataclass(frozen=True)
 class Config:
-    """A training run. What is None comes from the file of hyperparameters."""
+    """A training run; values of None come from the file of hyperparameters."""
 
     run_folder: Path = Path("runs/flagship_residual")
-    """Where everything goes; with several seeds, a folder seed_K in it for each."""
+    """Folder of the run; with several seeds, it has a folder seed_K for each."""
     env_id: str = "SpacecraftFTC-v0"
     """Environment id."""
     algo: Literal["ppo", "recurrent_ppo", "sac", "tqc"] = "ppo"
@@ -67,7 +76,7 @@ class Config:
     hold: int | None = None
     """Control periods for which the agent holds each action."""
     critic_sees_faults: bool = False
-    """Tell the critic, and it alone, what the faults really do (ppo only)."""
+    """Add the true effect of the faults to the observation of the critic alone (ppo only)."""
     hyperparameters: tuple[str, ...] = ()
     """Changes to the hyperparameters, as NAME=VALUE; policy_kwargs.NAME=VALUE reaches the policy's."""
     scenario: str | None = None
@@ -77,18 +86,18 @@ class Config:
     total_steps: int | None = None
     """Decisions of the agent, over all craft; each takes \"hold\" steps of the environment."""
     num_envs: int | None = None
-    """Craft in parallel."""
+    """Spacecraft in parallel."""
     critic_warmup: int = 300_000
-    """Decisions at the start in which an on-policy agent's critic alone learns: a base is easily unlearned by a blind
-    critic. Off-policy algorithms have learning_starts, during which they fly the base with a little noise."""
+    """Decisions at the start in which an on-policy agent's critic alone learns: an untrained critic degrades the base.
+    Off-policy algorithms have learning_starts, during which they fly the base with a little noise."""
     severity_start: float = 1.0
     """Severity of the faults at the start, in [0, 1]; it rises evenly to one."""
     severity_steps: int = 1_000_000
     """Decisions after which the severity is one."""
     seed: int = 0
-    """Seed of everything."""
+    """Seed of the run."""
     seeds: int = 1
-    """Train so many agents, with this seed and those that follow."""
+    """Number of agents, with this seed and the following ones."""
     torch_threads: int = 2
     """Threads of PyTorch."""
     evaluate_every: int = 250_000
@@ -96,72 +105,87 @@ class Config:
     evaluation_episodes: int = 600
     """Episodes of an evaluation, of which the feasible ones count."""
     evaluation_seed: int = 900_000
-    """Seed of those episodes: neither training nor the reported test uses it."""
+    """Seed of those episodes, which neither training nor the reported test uses."""
     checkpoint_every: int = 500_000
     """Steps between checkpoints."""
     resume: bool = False
-    """Go on from the last checkpoint in the run folder."""
-
-    @property
-    def recipe(self) -> Recipe:
-        """What to train: the file's entry, with what was given."""
-        changes = parse_values(self.hyperparameters, "hyperparameters")
-        for name, value in (("n_timesteps", self.total_steps), ("n_envs", self.num_envs)):
-            changes |= {} if value is None else {name: value}
-        recipe = read_recipe(CONFIGS / f"{self.algo}.yml", self.env_id, changes)
-        usual = recipe.interface
-        interface = Interface(
-            usual.observation if self.observation is None else self.observation,
-            usual.wrappers if self.wrappers is None else parse_words(self.wrappers),
-            usual.hold if self.hold is None else self.hold,
-            self.critic_sees_faults,
-        )
-        return dataclasses.replace(recipe, interface=written_out(interface))
-
-    @property
-    def schedule(self) -> Schedule:
-        """When to do what."""
-        return Schedule(
-            self.evaluate_every, self.checkpoint_every, self.evaluation_episodes, self.evaluation_seed,
-            # There is nothing to protect without a base.
-            self.critic_warmup if has_base(self.recipe.interface) else 0, self.severity_start, self.severity_steps,
-        )  # fmt: skip
+    """Continue from the last checkpoint in the run folder."""
 
 
-def make_env(config: Config, recipe: Recipe) -> tuple[SB3VecEnv, int]:
-    """Return the training environment, and how many entries of its observation the actor may see."""
-    interface = recipe.interface
-    arguments: dict[str, Any] = {"observation": interface.observation, "scenario": training_scenario(config, recipe)}
-    native = gym.make_vec(config.env_id, num_envs=recipe.n_envs, autoreset_mode="SameStep", **arguments)
+def hyperparameters_of(config: Config) -> Hyperparameters:
+    """Return the hyperparameters of the file with the changes of the command line."""
+    changes = parse_assignments(config.hyperparameters, "hyperparameters")
+    for name, value in (("n_timesteps", config.total_steps), ("n_envs", config.num_envs)):
+        changes |= {} if value is None else {name: value}
+    parameters = read_hyperparameters(CONFIGS / f"{config.algo}.yml", config.env_id, changes)
+    usual = parameters.interface
+    interface = Interface(
+        usual.observation if config.observation is None else config.observation,
+        usual.wrappers if config.wrappers is None else wrappers_from_text(config.wrappers),
+        usual.hold if config.hold is None else config.hold,
+        config.critic_sees_faults,
+    )
+    return dataclasses.replace(parameters, interface=with_base_gains(interface))
+
+
+def schedule_of(config: Config, parameters: Hyperparameters) -> Schedule:
+    """Return the schedule of the run; without a base, the critic needs no warm-up."""
+    return Schedule(
+        config.evaluate_every, config.checkpoint_every, config.evaluation_episodes, config.evaluation_seed,
+        config.critic_warmup if has_base(parameters.interface) else 0, config.severity_start, config.severity_steps,
+    )  # fmt: skip
+
+
+def make_env(config: Config, parameters: Hyperparameters) -> tuple[SB3VecEnv, int]:
+    """Return the training environment, and the number of entries of its observation for the actor."""
+    interface = parameters.interface
+    scenario = training_scenario(config, parameters)
+    arguments: dict[str, Any] = {"observation": interface.observation, "scenario": scenario}
+    native = gym.make_vec(config.env_id, num_envs=parameters.n_envs, autoreset_mode="SameStep", **arguments)
     single = interface.wrap(gym.make(config.env_id, **arguments))
-    # What it is trained on may differ from what it is for and evaluated on, but not in what the agent sees and does.
+    # Training and task may differ in the scenario, but not in the spaces of the agent.
     task = interface.wrap(gym.make(config.env_id, observation=interface.observation))
     for part in ("observation_space", "action_space"):
-        given, wanted = getattr(single, part).shape, getattr(task, part).shape
-        rule = f"must have the {part.replace('_', ' ')} {wanted} of {config.env_id}"
-        require(given == wanted, "scenario", rule, given)
+        given, required = getattr(single, part).shape, getattr(task, part).shape
+        rule = f"must have the {part.replace('_', ' ')} {required} of {config.env_id}"
+        require(given == required, "scenario", rule, given)
     return SB3VecEnv(interface.wrap_for_training(native), interface.hold), single.observation_space.shape[0]
 
 
-def training_scenario(config: Config, recipe: Recipe) -> Scenario:
-    """Return the scenario to train on, with the weights of the reward that the run asks for."""
-    changes = dict(recipe.env_kwargs) if config.scenario is None else {**recipe.env_kwargs, "scenario": config.scenario}
+def training_scenario(config: Config, parameters: Hyperparameters) -> Scenario:
+    """Return the scenario of the training, with the weights of the reward that the run asks for."""
+    changes = dict(parameters.env_kwargs)
+    if config.scenario is not None:
+        changes["scenario"] = config.scenario
     scenario: Scenario = gym.make(config.env_id, **changes).unwrapped.scenario  # type: ignore[attr-defined]
-    weights = parse_values(config.reward, "reward")
+    weights = parse_assignments(config.reward, "reward")
     known = [item.name for item in dataclasses.fields(scenario.reward)]
     for name in weights:
         require(name in known, "reward", f"must be among {known}", name)
     return scenario.replace(reward=dataclasses.replace(scenario.reward, **weights))
 
 
-def card(config: Config, recipe: Recipe, steps: int, seconds: float) -> dict[str, Any]:
-    """Return what a reader needs to know of an agent."""
+def evaluator(config: Config, parameters: Hyperparameters) -> Callable[[Agent], Mapping[str, float]]:
+    """Return the function that flies the evaluation episodes: the task itself, with the reward of the training."""
+    default = scenarios.get(gym.spec(config.env_id).kwargs["default_scenario"])
+    task = default.replace(reward=training_scenario(config, parameters).reward)
+
+    def evaluate(agent: Agent) -> dict[str, float]:
+        history = rollout(task, agent, seed=config.evaluation_seed, count=config.evaluation_episodes)
+        metrics = history.feasible_metrics()
+        return {"mean_return": float(metrics["return"].mean()), **summarize(metrics)}
+
+    return evaluate
+
+
+def card(config: Config, parameters: Hyperparameters, steps: int, seconds: float) -> dict[str, Any]:
+    """Return the interface and the provenance of an agent."""
     return {
-        "interface": dataclasses.asdict(recipe.interface),
-        "normalized": recipe.normalize,
+        "interface": dataclasses.asdict(parameters.interface),
+        "normalized": parameters.normalize,
         "environment": config.env_id,
         "algorithm": config.algo,
-        "command": command(config),
+        "command": command_line("train/train.py", config, never=("resume", "seeds")),
         "seed": config.seed,
         "commit": COMMIT,
         "steps": steps,
@@ -170,78 +194,37 @@ def card(config: Config, recipe: Recipe, steps: int, seconds: float) -> dict[str
     }
 
 
-def command(config: Config) -> str:
-    """Return the command line that makes a configuration."""
-    words, default = ["python", "train/train.py"], Config()
-    for item in dataclasses.fields(config):
-        value = getattr(config, item.name)
-        if item.name in ("resume", "seeds") or value == getattr(default, item.name):
-            continue
-        flag = "--" + item.name.replace("_", "-")
-        if isinstance(value, bool):
-            words.append(flag)
-        else:
-            words += [flag, *(map(str, value) if isinstance(value, tuple) else [str(value)])]
-    return shlex.join(words)
-
-
-def commit() -> str:
-    """Return the git commit of the code, marked if the tree has changes; "unknown" outside a checkout."""
-    try:
-        words = ["git", "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]
-        return subprocess.run(
-            words, capture_output=True, text=True, check=True, cwd=Path(__file__).parent
-        ).stdout.strip()
-    except (OSError, subprocess.CalledProcessError):
-        return "unknown"
-
-
-COMMIT = commit()
-"""Read when the run starts: the tree may move on while it trains."""
-
-
 def resumed(config: Config) -> Config:
-    """Return the configuration that a run was started with; only its length may be changed."""
+    """Return the configuration of the run that is resumed; only its length may be changed."""
     path = config.run_folder / "config.json"
     if not path.exists() or not checkpoints(config.run_folder):
         raise SystemExit(f"--resume: no checkpoint under {config.run_folder}; start the run without --resume")
     written = json.loads(path.read_text())
     data: dict[str, Any] = {name: tuple(item) if isinstance(item, list) else item for name, item in written.items()}
     saved = Config(**{**data, "run_folder": config.run_folder, "resume": True})
-    default = Config()
     for item in dataclasses.fields(config):
-        given = getattr(config, item.name)
-        if item.name in ("run_folder", "resume", "total_steps", "seeds") or given == getattr(default, item.name):
-            continue
-        if given != getattr(saved, item.name):
+        given, before = getattr(config, item.name), getattr(saved, item.name)
+        if item.name not in ("run_folder", "resume", "total_steps", "seeds") and given not in (before, item.default):
             flag = item.name.replace("_", "-")
-            raise SystemExit(f"--resume: the run was started with --{flag} {getattr(saved, item.name)}, got {given}")
-    if config.total_steps is not None:
-        saved = dataclasses.replace(saved, total_steps=config.total_steps)
-    return saved
+            raise SystemExit(f"--resume: the run was started with --{flag} {before}, got {given}")
+    return saved if config.total_steps is None else dataclasses.replace(saved, total_steps=config.total_steps)
 
 
-def restored(config: Config, recipe: Recipe, env: SB3VecEnv) -> tuple[BaseAlgorithm, float]:
+def restored(config: Config, parameters: Hyperparameters, env: SB3VecEnv) -> tuple[BaseAlgorithm, float]:
     """Return the model of the last checkpoint, with its normaliser, and its seconds of training."""
     checkpoint = checkpoints(config.run_folder)[-1]
     normalizer = checkpoint / NORMALIZER_FILE
     wrapped: VecEnv = env
-    if recipe.normalize:
+    if parameters.normalize:
         if not normalizer.is_file():
-            raise SystemExit(f"--resume: {checkpoint} has no {NORMALIZER_FILE}: resume from a whole checkpoint")
+            raise SystemExit(f"--resume: {checkpoint} has no {NORMALIZER_FILE}: resume from a complete checkpoint")
         wrapped = VecNormalize.load(str(normalizer), env)
-    schedules = {name: value for name, value in recipe.arguments().items() if callable(value)}
+    schedules = {name: value for name, value in parameters.arguments().items() if callable(value)}
     model = load_model(checkpoint / MODEL_FILE, wrapped, resumed_kind, **schedules)
     model.set_random_seed(config.seed + model.num_timesteps)
     if isinstance(model, OffPolicyAlgorithm):
-        # The buffer is not kept: it is filled anew, by the policy as it is, before learning goes on.
+        # The buffer is not saved: the present policy fills a new one before learning continues.
         model.learning_starts += model.num_timesteps
-    # What a killed run found out after its last checkpoint is found out again.
-    path = config.run_folder / EVALUATIONS_FILE
-    if path.exists():
-        heading, *rows = path.read_text().splitlines()
-        kept = [row for row in rows if int(row.split(",")[0]) <= model.num_timesteps]
-        path.write_text("\n".join([heading, *kept]) + "\n")
     return model, float(json.loads((checkpoint / CARD_FILE).read_text())["training_seconds"])
 
 
@@ -249,31 +232,27 @@ def train(config: Config) -> None:
     """Train one agent."""
     if config.resume:
         config = resumed(config)
-    folder = config.run_folder
-    try:
+    folder, seconds = config.run_folder, 0.0
+    arguments = "--wrappers or --hyperparameters: "
+    with exit_on(ValueError, gym.error.Error), exit_on(TypeError, AssertionError, prefix=arguments):
         known = gym.spec(config.env_id).entry_point == "ftac_gym.envs:SpacecraftFTCEnv"
         require(known, "env_id", "must be an environment of ftac_gym", config.env_id)
-        recipe, schedule = config.recipe, config.schedule
-        env, actor_size = make_env(config, recipe)
+        parameters = hyperparameters_of(config)
+        schedule = schedule_of(config, parameters)
+        env, actor_size = make_env(config, parameters)
         if config.resume:
-            model, seconds = restored(config, recipe, env)
+            model, seconds = restored(config, parameters, env)
         else:
             if checkpoints(folder):
                 raise SystemExit(f"{folder} holds a run already; choose another --run-folder, or --resume it")
             wrapped: VecEnv = env
-            if recipe.normalize:
-                wrapped = VecNormalize(env, gamma=recipe.settings.get("gamma", 0.99))
-            model, seconds = build(config.algo, recipe, wrapped, actor_size, config.seed, folder / "tensorboard"), 0.0
+            if parameters.normalize:
+                wrapped = VecNormalize(env, gamma=parameters.settings.get("gamma", 0.99))
+            model = build(config.algo, parameters, wrapped, actor_size, config.seed, folder / "tensorboard")
         if schedule.severity_start < 1.0:
             # Before the first episodes are drawn, which is before any callback; refused if the faults have none.
             env.env_method("set_severity", schedule.severity(model.num_timesteps))
-    except (ValueError, gym.error.Error) as error:
-        raise SystemExit(f"--{error}") from None
-    except (TypeError, AssertionError) as error:  # an argument that a wrapper or the algorithm does not take
-        raise SystemExit(f"--wrappers or --hyperparameters: {error}") from None
     if not config.resume:
-        # What a run leaves that was killed before its first checkpoint is worth nothing.
-        (folder / EVALUATIONS_FILE).unlink(missing_ok=True)
         folder.mkdir(parents=True, exist_ok=True)
         written = dataclasses.asdict(dataclasses.replace(config, seeds=1))
         (folder / "config.json").write_text(json.dumps(written, indent=2, default=str) + "\n")
@@ -281,16 +260,13 @@ def train(config: Config) -> None:
     assert around is not None
     # Far apart for every run: Stable-Baselines3's own seeds would give neighbouring runs the same episodes.
     around.seed(1_000_000_000 * (config.seed + 1) + model.num_timesteps)
-    remaining, started = recipe.n_timesteps - model.num_timesteps, time.monotonic()
+    remaining, started = parameters.n_timesteps - model.num_timesteps, time.monotonic()
     if remaining > 0:
-        # The task itself, whatever it is trained on, but for what counts as good.
-        reward = training_scenario(config, recipe).reward
-        task = scenarios.get(gym.spec(config.env_id).kwargs["default_scenario"]).replace(reward=reward)
-        keeper = Keeper(
-            folder, task, recipe.interface, schedule,
-            lambda steps, taken: card(config, recipe, steps, taken), lambda: seconds + time.monotonic() - started,
+        callback = TrainingCallback(
+            folder, evaluator(config, parameters), parameters.interface, schedule,
+            lambda steps: card(config, parameters, steps, seconds + time.monotonic() - started),
         )  # fmt: skip
-        callbacks = CallbackList([keeper, ProgressBarCallback()])
+        callbacks = CallbackList([callback, ProgressBarCallback()])
         model.learn(remaining, callback=callbacks, reset_num_timesteps=False, tb_log_name=config.algo)
     best = json.loads((folder / "agent" / CARD_FILE).read_text())
     print(f"the best agent on the evaluation episodes, after {best['steps']} steps, is in {folder / 'agent'}")
@@ -313,7 +289,7 @@ def main(config: Config) -> None:
         if not config.resume or folder in begun:
             train(dataclasses.replace(config, run_folder=folder, seed=seed, seeds=1))
         else:
-            # A seed that was not begun is trained as its siblings are.
+            # A seed without a checkpoint is trained with the settings of the others.
             sibling = resumed(dataclasses.replace(config, run_folder=begun[0], seed=Config.seed, seeds=1))
             train(dataclasses.replace(sibling, run_folder=folder, seed=seed, resume=False))
 

@@ -110,6 +110,10 @@ class Rollout:
         """Evaluate every episode."""
         return episode_metrics(self)
 
+    def feasible_metrics(self) -> Metrics:
+        """Evaluate the feasible episodes."""
+        return {name: values[self.episodes.feasible] for name, values in self.metrics().items()}
+
 
 def episode_metrics(history: Rollout) -> Metrics:
     """Evaluate every episode of a rollout.

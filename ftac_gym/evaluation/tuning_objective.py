@@ -124,8 +124,7 @@ def fly(search: Search, gains: Mapping[str, Any], seed: int | None = None) -> Me
     Empty gains are the baseline's own.
     """
     episodes = _drawn(search.scenario.to_json(), search.seed if seed is None else seed, search.episodes)
-    history = rollout(search.scenario, DeferredBaseline(search.baseline, **gains), episodes)
-    return {name: values[episodes.feasible] for name, values in history.metrics().items()}
+    return rollout(search.scenario, DeferredBaseline(search.baseline, **gains), episodes).feasible_metrics()
 
 
 def mean_return(search: Search, gains: Mapping[str, Any]) -> float:

@@ -1,4 +1,4 @@
-"""Models of the four algorithms, set up so that an agent on a base starts as its base."""
+"""Models of the four algorithms; an agent on a base starts as its base."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
 from ftac_gym.agents.agent import ON_BASE, Interface
-from ftac_gym.training.hyperparameters import ALGORITHMS, Recipe
+from ftac_gym.training.hyperparameters import ALGORITHMS, Hyperparameters
 from ftac_gym.training.networks import PrivilegedCriticPolicy
 from ftac_gym.utils.parameters import require
 
@@ -23,104 +23,100 @@ BASE_NOISE = 0.1
 
 
 def build(
-    algorithm: str, recipe: Recipe, env: VecEnv, actor_size: int, seed: int, log_folder: Path | None = None
+    algorithm: str,
+    hyperparameters: Hyperparameters,
+    env: VecEnv,
+    actor_size: int,
+    seed: int,
+    log_folder: Path | None = None,
 ) -> BaseAlgorithm:
-    """Return a model that has not learned yet; one that corrects or schedules a base starts as its base.
+    """Return an untrained model; one that corrects or schedules a base starts as its base.
 
     Parameters
     ----------
     algorithm
         One of :data:`ALGORITHMS`.
-    recipe
-        How to train.
+    hyperparameters
+        Hyperparameters of the training.
     env
-        The environment, as the interface's ``wrap_for_training`` has it.
+        The environment, wrapped by the interface's ``wrap_for_training``.
     actor_size
-        How many entries of its observation the actor may see.
+        Number of entries of the observation for the actor.
     seed
         Seed of network and exploration.
     log_folder
-        Where TensorBoard logs go.
+        Folder of TensorBoard logs.
 
     Raises
     ------
     ValueError
-        If the algorithm is unknown, or its critic shall see the faults and it is not PPO.
+        If the algorithm is unknown, or its critic is to see the faults and it is not PPO.
     ImportError
         If it is of sb3-contrib, which is not installed.
     """
     require(algorithm in ALGORITHMS, "algo", f"must be one of {list(ALGORITHMS)}", algorithm)
-    told = recipe.interface.critic_sees_faults
-    require(not told or algorithm == "ppo", "critic_sees_faults", "must go with ppo", algorithm)
-    policy_kwargs = dict(recipe.policy_kwargs)
-    policy: Any = recipe.policy
-    if told:
-        policy = PrivilegedCriticPolicy
-        policy_kwargs["actor_size"] = actor_size
-    kind = kind_of(algorithm, on_base=has_base(recipe.interface))
-    model = kind(
-        policy, env, policy_kwargs=policy_kwargs, seed=seed, device="cpu",
-        tensorboard_log=None if log_folder is None else str(log_folder), **recipe.arguments(),
-    )  # fmt: skip
-    if has_base(recipe.interface):
-        start_as_base(model)
-    return model
-
-
-def has_base(interface: Interface) -> bool:
-    """Tell whether an agent acts through a base, whose own action is an action of zero."""
-    return any(name in ON_BASE for name, _ in interface.wrappers)
-
-
-def kind_of(algorithm: str, on_base: bool) -> type[BaseAlgorithm]:
-    """Return the class of an algorithm; off-policy ones on a base begin with data about it."""
     kinds: dict[str, type[BaseAlgorithm]] = {"ppo": PPO, "sac": SAC}
     if algorithm not in kinds:
         from sb3_contrib import TQC, RecurrentPPO
 
         kinds |= {"recurrent_ppo": RecurrentPPO, "tqc": TQC}
-    return _sampling(_BaseData, kinds[algorithm]) if on_base else kinds[algorithm]
+    policy: Any = hyperparameters.policy
+    policy_kwargs = dict(hyperparameters.policy_kwargs)
+    if hyperparameters.interface.critic_sees_faults:
+        require(algorithm == "ppo", "critic_sees_faults", "must go with ppo", algorithm)
+        policy, policy_kwargs["actor_size"] = PrivilegedCriticPolicy, actor_size
+    on_base = has_base(hyperparameters.interface)
+    kind: Any = _sampling(kinds[algorithm], BASE_NOISE) if on_base else kinds[algorithm]
+    logs = None if log_folder is None else str(log_folder)
+    model: BaseAlgorithm = kind(
+        policy, env, policy_kwargs=policy_kwargs, seed=seed, device="cpu", tensorboard_log=logs,
+        **hyperparameters.arguments(),
+    )  # fmt: skip
+    if on_base:
+        start_as_base(model)
+    return model
+
+
+def has_base(interface: Interface) -> bool:
+    """Return whether an agent acts through a base, for which an action of zero is the base's own command."""
+    return any(name in ON_BASE for name, _ in interface.wrappers)
 
 
 def resumed_kind(kind: type[BaseAlgorithm]) -> type[BaseAlgorithm]:
-    """Return an algorithm as it goes on: an off-policy one fills its first buffer with what its own policy does."""
-    return _sampling(_OwnData, kind)
+    """Return an algorithm as it is resumed: an off-policy one fills its empty buffer with its own policy."""
+    return _sampling(kind, None)
 
 
-def _sampling(way: type, kind: type[BaseAlgorithm]) -> type[BaseAlgorithm]:
-    """Return an off-policy algorithm that samples its first actions in some way, under its name; others as they are."""
-    return type(kind.__name__, (way, kind), {}) if issubclass(kind, OffPolicyAlgorithm) else kind
+def _sampling(kind: type[BaseAlgorithm], noise: float | None) -> type[BaseAlgorithm]:
+    """Return an off-policy algorithm whose actions before learning are not uniform; others as they are.
 
+    Uniform actions tumble the spacecraft, which teaches the critic nothing about the base.
 
-class _BaseData:
-    """Until learning starts, fly the base with a little noise: uniform actions would teach the critic of tumbling."""
+    Parameters
+    ----------
+    kind
+        The algorithm; the class that is returned has its name.
+    noise
+        Standard deviation of actions around zero, the base's own; None for actions of the policy.
+    """
 
-    action_space: Any
-    num_timesteps: int
-
-    def _sample_action(
-        self, learning_starts: int, action_noise: Any = None, n_envs: int = 1
+    def sample(
+        model: Any, learning_starts: int, action_noise: Any = None, n_envs: int = 1
     ) -> tuple[np.ndarray, np.ndarray]:
-        if self.num_timesteps >= learning_starts:
-            return super()._sample_action(learning_starts, action_noise, n_envs)  # type: ignore[misc,no-any-return]
-        noise = self.action_space.np_random.normal(0.0, BASE_NOISE, (n_envs, *self.action_space.shape))
-        action = np.clip(noise, -1.0, 1.0).astype(np.float32)
+        if noise is None or model.num_timesteps >= learning_starts:
+            sampled: tuple[np.ndarray, np.ndarray] = kind._sample_action(model, 0, action_noise, n_envs)  # type: ignore[attr-defined]
+            return sampled
+        drawn = model.action_space.np_random.normal(0.0, noise, (n_envs, *model.action_space.shape))
+        action = np.clip(drawn, -1.0, 1.0).astype(np.float32)
         return action, action
 
-
-class _OwnData:
-    """Act by the policy from the first step on."""
-
-    def _sample_action(
-        self, learning_starts: int, action_noise: Any = None, n_envs: int = 1
-    ) -> tuple[np.ndarray, np.ndarray]:
-        return super()._sample_action(0, action_noise, n_envs)  # type: ignore[misc,no-any-return]
+    return type(kind.__name__, (kind,), {"_sample_action": sample}) if issubclass(kind, OffPolicyAlgorithm) else kind
 
 
 def start_as_base(model: BaseAlgorithm) -> None:
-    """Set the last layer of the actor to zero: its mean action is the base's, whatever it sees.
+    """Set the last layer of the actor to zero: its mean action is the base's for every observation.
 
-    Off-policy actors learn how far they explore from what they see; they start at ``log_std_init`` everywhere.
+    The exploration of off-policy actors depends on the observation; it starts at ``log_std_init`` everywhere.
     """
     policy: Any = model.policy
     with torch.no_grad():
@@ -135,7 +131,7 @@ def start_as_base(model: BaseAlgorithm) -> None:
 
 
 def _set(layer: Any, value: float) -> None:
-    """Let a linear layer give a value whatever goes in."""
+    """Make the output of a linear layer constant."""
     layer.weight.zero_()
     layer.bias.fill_(value)
 

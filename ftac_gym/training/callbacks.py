@@ -1,4 +1,4 @@
-"""Callbacks: checkpoints and evaluations at fixed numbers of steps, warm-up of the critic, and the curriculum."""
+"""Checkpoints and evaluations at fixed numbers of steps, warm-up of the critic, and the curriculum of faults."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import json
 import math
 import re
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,17 +18,14 @@ from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from ftac_gym.agents.agent import CARD_FILE, MODEL_FILE, NORMALIZER_FILE, Agent, Interface
 from ftac_gym.agents.shipped import EVALUATIONS_FILE, evaluations
-from ftac_gym.evaluation.metrics import summarize
-from ftac_gym.evaluation.rollout import rollout
 from ftac_gym.scenarios import frozen
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.training.algorithms import let_actor_learn
 from ftac_gym.utils.parameters import require
 
 
 @dataclass(frozen=True)
 class Schedule:
-    """When a run does what; all numbers are decisions of the agent over all craft.
+    """Schedule of a run; all numbers of steps are decisions of the agent over all spacecraft.
 
     Parameters
     ----------
@@ -64,13 +61,13 @@ class Schedule:
         require(self.evaluation_seed not in taken, "evaluation_seed", rule, self.evaluation_seed)
 
     def severity(self, steps: int) -> float:
-        """Return the severity after a number of steps."""
+        """Return the severity of the faults after a number of steps."""
         share = min(steps / self.severity_steps, 1.0) if self.severity_steps else 1.0
         return self.severity_start + (1.0 - self.severity_start) * share
 
 
 def save_agent(folder: Path, model: BaseAlgorithm, card: dict[str, Any]) -> None:
-    """Write model, normaliser and card; a folder appears whole or not at all."""
+    """Write model, normaliser and card; the folder appears complete or not at all."""
     partial = folder.with_name(folder.name + ".partial")
     shutil.rmtree(partial, ignore_errors=True)
     partial.mkdir(parents=True)
@@ -79,7 +76,7 @@ def save_agent(folder: Path, model: BaseAlgorithm, card: dict[str, Any]) -> None
     if normalizer is not None:
         normalizer.save(str(partial / NORMALIZER_FILE))
     (partial / CARD_FILE).write_text(json.dumps(card, indent=2) + "\n")
-    # The old one goes only when the new one stands: a kill in between leaves one of them.
+    # The old folder is removed after the new one is complete: a kill in between leaves one of them.
     old = folder.with_name(folder.name + ".old")
     shutil.rmtree(old, ignore_errors=True)
     if folder.exists():
@@ -88,42 +85,41 @@ def save_agent(folder: Path, model: BaseAlgorithm, card: dict[str, Any]) -> None
     shutil.rmtree(old, ignore_errors=True)
 
 
-class Keeper(BaseCallback):
-    """Checkpoints and evaluates between rollouts, and keeps the best agent so far in ``agent``.
+class TrainingCallback(BaseCallback):
+    """Checkpoints and evaluations between rollouts; the best agent so far is kept in the folder ``agent``.
 
-    The best is judged by its mean return on fixed feasible episodes, which neither training nor the reported test uses.
+    The best agent has the largest mean return in the evaluations. Their episodes are used neither for training nor for
+    the reported test.
 
     Parameters
     ----------
     folder
         Folder of the run.
-    scenario
-        Scenario of the evaluations.
+    evaluate
+        Function that flies an agent through the episodes of the evaluations and returns its metrics, ``mean_return``
+        among them.
     interface
-        What surrounds the policy.
+        Interface of the agent.
     schedule
-        When to do what.
+        Schedule of the run.
     card
-        What to write beside an agent, from steps and seconds of training.
-    clock
-        Seconds of training so far, those of earlier sessions among them.
+        Function that returns the card of an agent for a number of steps, with these as ``steps`` and the time so far
+        as ``training_seconds``.
     """
 
     def __init__(
         self,
         folder: Path,
-        scenario: Scenario,
+        evaluate: Callable[[Agent], Mapping[str, float]],
         interface: Interface,
         schedule: Schedule,
-        card: Callable[[int, float], dict[str, Any]],
-        clock: Callable[[], float],
+        card: Callable[[int], dict[str, Any]],
     ) -> None:
         super().__init__()
-        self._folder, self._scenario, self._interface = folder, scenario, interface
+        self._folder, self._evaluate, self._interface = folder, evaluate, interface
         self._schedule, self._card = schedule, card
         self._next_checkpoint = self._next_evaluation = 0
         self._best = -math.inf
-        self._clock = clock
         self._warming: bool | None = None
         self._severity = 1.0
 
@@ -131,8 +127,15 @@ class Keeper(BaseCallback):
         schedule, steps = self._schedule, self.model.num_timesteps
         self._next_checkpoint = (steps // schedule.checkpoint_every + 1) * schedule.checkpoint_every
         self._next_evaluation = (steps // schedule.evaluate_every + 1) * schedule.evaluate_every
-        known = (row["mean_return"] for row in evaluations(self._folder))
-        self._best = max((value for value in known if not math.isnan(value)), default=-math.inf)
+        # A killed run repeats its evaluations after the last checkpoint.
+        path = self._folder / EVALUATIONS_FILE
+        lines = path.read_text().splitlines(keepends=True) if path.exists() else []
+        earlier = [line for line in lines[1:] if int(line.split(",")[0]) <= steps]
+        path.unlink(missing_ok=True)
+        if earlier:
+            path.write_text("".join([lines[0], *earlier]))
+        returns = (row["mean_return"] for row in evaluations(self._folder))
+        self._best = max((value for value in returns if not math.isnan(value)), default=-math.inf)
 
     def _on_rollout_start(self) -> None:
         schedule, steps = self._schedule, self.model.num_timesteps
@@ -147,47 +150,39 @@ class Keeper(BaseCallback):
         # Between rollouts the model is consistent: a resumed run starts where a rollout would.
         if steps >= self._next_evaluation:
             self._next_evaluation += schedule.evaluate_every
-            self._evaluate(steps)
+            self._log_evaluation()
         if steps >= self._next_checkpoint:
             self._next_checkpoint += schedule.checkpoint_every
-            self._checkpoint(steps)
+            self._save(f"checkpoints/{steps:010d}")
 
     def _on_training_end(self) -> None:
-        self._evaluate(self.model.num_timesteps)
-        self._checkpoint(self.model.num_timesteps)
-        # The best agent cost the whole run, not the part of it before it was the best.
-        path = self._folder / "agent" / CARD_FILE
-        whole = {"run_steps": self.model.num_timesteps, "run_seconds": round(self._clock())}
-        path.write_text(json.dumps({**json.loads(path.read_text()), **whole}, indent=2) + "\n")
+        steps = self.model.num_timesteps
+        self._log_evaluation()
+        self._save(f"checkpoints/{steps:010d}")
+        # The cost of the best agent is the whole run, not the part before it was the best.
+        path, whole = self._folder / "agent" / CARD_FILE, self._card(steps)
+        card = json.loads(path.read_text()) | {"run_steps": steps, "run_seconds": whole["training_seconds"]}
+        path.write_text(json.dumps(card, indent=2) + "\n")
 
     def _on_step(self) -> bool:
         return True
 
-    def _save(self, folder: Path) -> None:
-        save_agent(folder, self.model, self._card(self.model.num_timesteps, self._clock()))
+    def _save(self, name: str) -> None:
+        save_agent(self._folder / name, self.model, self._card(self.model.num_timesteps))
 
-    def _checkpoint(self, steps: int) -> None:
-        self._save(self._folder / "checkpoints" / f"{steps:010d}")
-
-    def _evaluate(self, steps: int) -> None:
-        schedule = self._schedule
-        agent = Agent(self.model, self.model.get_vec_normalize_env(), self._interface)
-        history = rollout(self._scenario, agent, seed=schedule.evaluation_seed, count=schedule.evaluation_episodes)
-        feasible = history.episodes.feasible
-        metrics = {name: values[feasible] for name, values in history.metrics().items()}
-        row = {"steps": steps, "mean_return": float(metrics["return"].mean()), **summarize(metrics)}
-        for name, value in row.items():
-            if name != "steps":
-                self.logger.record(f"evaluation/{name}", value)
-        # The first agent is kept whatever it is worth, even if no evaluation episode was feasible.
-        if row["mean_return"] > self._best or not (self._folder / "agent").exists():
-            self._best = max(self._best, row["mean_return"])
-            self._save(self._folder / "agent")
-        path = self._folder / EVALUATIONS_FILE
-        new = not path.exists()
-        with path.open("a", newline="") as file:
+    def _log_evaluation(self) -> None:
+        """Evaluate the agent, append the metrics to the run's table, and save the agent if it is the best so far."""
+        metrics = self._evaluate(Agent(self.model, self.model.get_vec_normalize_env(), self._interface))
+        for name, value in metrics.items():
+            self.logger.record(f"evaluation/{name}", value)
+        # The first agent is saved even if no evaluation episode was feasible.
+        if metrics["mean_return"] > self._best or not (self._folder / "agent").exists():
+            self._best = max(self._best, metrics["mean_return"])
+            self._save("agent")
+        row = {"steps": self.model.num_timesteps, **metrics}
+        with (self._folder / EVALUATIONS_FILE).open("a", newline="") as file:
             writer = csv.DictWriter(file, fieldnames=list(row))
-            if new:
+            if not file.tell():
                 writer.writeheader()
             writer.writerow(row)
 

@@ -1,4 +1,4 @@
-"""How to train on an environment: hyperparameters by algorithm and environment id, in RL Baselines3 Zoo's format."""
+"""Hyperparameters by algorithm and environment id, in the format of RL Baselines3 Zoo."""
 
 from __future__ import annotations
 
@@ -27,25 +27,25 @@ _PREFIX = "ftac_gym.wrappers."
 
 
 @dataclass(frozen=True)
-class Recipe:
-    """What a file of hyperparameters says of one environment.
+class Hyperparameters:
+    """Hyperparameters of one environment.
 
     Parameters
     ----------
     interface
-        From ``env_kwargs`` (the observation tier), ``env_wrapper`` (ActionHold among them is the hold).
+        From ``env_kwargs`` (the observation tier) and ``env_wrapper`` (ActionHold in it is the hold).
     n_timesteps, n_envs
-        Length of the run, in decisions of the agent over all craft; craft in parallel.
+        Length of the run, in decisions of the agent over all spacecraft; spacecraft in parallel.
     env_kwargs
         Further arguments of the environment in training: scenario, reward.
     policy
-        Policy by Stable-Baselines3's name.
+        Stable-Baselines3's name of the policy.
     policy_kwargs
         Its arguments.
     normalize
         Whether observations and rewards are normalised.
     settings
-        The algorithm's own hyperparameters.
+        Hyperparameters of the algorithm itself.
     """
 
     interface: Interface
@@ -54,21 +54,21 @@ class Recipe:
     env_kwargs: Mapping[str, Any] = field(default_factory=dict)
     policy: str = "MlpPolicy"
     policy_kwargs: Mapping[str, Any] = field(default_factory=dict)
-    normalize: bool = True
+    normalize: bool = False
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     def arguments(self) -> dict[str, Any]:
-        """Return the algorithm's arguments, schedules made."""
-        made = dict(self.settings)
-        for name in SCHEDULED:
-            value = made.get(name)
-            if isinstance(value, str):
-                made[name] = LinearSchedule(float(value.removeprefix("lin_")), 0.0, 1.0)
-        return made
+        """Return the arguments of the algorithm, with schedules as functions."""
+        scheduled = {
+            name: LinearSchedule(float(value.removeprefix("lin_")), 0.0, 1.0)
+            for name, value in self.settings.items()
+            if name in SCHEDULED and isinstance(value, str)
+        }
+        return {**self.settings, **scheduled}
 
 
-def read_recipe(path: Path, environment_id: str, changes: Mapping[str, Any] | None = None) -> Recipe:
-    """Read the recipe of an environment.
+def read_hyperparameters(path: Path, environment_id: str, changes: Mapping[str, Any] | None = None) -> Hyperparameters:
+    """Read the hyperparameters of an environment.
 
     Parameters
     ----------
@@ -87,41 +87,33 @@ def read_recipe(path: Path, environment_id: str, changes: Mapping[str, Any] | No
     known = yaml.safe_load(path.read_text())
     rule = f"must be one of {sorted(known)}, which {path.name} has"
     require(environment_id in known or "default" in known, "env_id", rule, environment_id)
-    entry: dict[str, Any] = merged(known.get(environment_id, known.get("default")), nested(changes or {}))
+    settings = merged(known.get(environment_id, known.get("default")), nested(changes or {}))
+    env_kwargs = dict(settings.pop("env_kwargs", {}))
+    wrappers, hold = wrappers_from_yaml(settings.pop("env_wrapper", None) or [])
+    fields = {name: settings.pop(name) for name in Hyperparameters.__dataclass_fields__ if name in settings}
     for name in ("n_timesteps", "n_envs"):
-        number = float(entry.get(name, 0))
-        require(number >= 1.0 and number.is_integer(), name, "must be a positive integer", entry.get(name))
-    wrappers, hold = parse_wrappers(entry.pop("env_wrapper", None) or [])
-    settings = {name: value for name, value in entry.items() if name not in Recipe.__dataclass_fields__}
-    env_kwargs = dict(entry.get("env_kwargs", {}))
-    tier = env_kwargs.pop("observation", "attitude")
+        number = float(fields.get(name, 0))
+        require(number >= 1.0 and number.is_integer(), name, "must be a positive integer", fields.get(name))
+        fields[name] = int(number)
     for name in SCHEDULED:
         value = settings.get(name)
         numeric = not isinstance(value, str) or _is_number(value.removeprefix("lin_"))
         require(numeric, name, "must be a number or lin_NUMBER", value)
-    return Recipe(
-        interface=Interface(tier, wrappers, hold),
-        n_timesteps=int(float(entry["n_timesteps"])),
-        n_envs=int(entry["n_envs"]),
-        env_kwargs=env_kwargs,
-        policy=entry.get("policy", "MlpPolicy"),
-        policy_kwargs=entry.get("policy_kwargs", {}),
-        normalize=bool(entry.get("normalize", False)),
-        settings=settings,
-    )
+    fields["normalize"] = bool(fields.get("normalize"))
+    interface = Interface(env_kwargs.pop("observation", "attitude"), wrappers, hold)
+    return Hyperparameters(interface, env_kwargs=env_kwargs, settings=settings, **fields)
 
 
-def parse_wrappers(items: Sequence[Any] | Mapping[str, Any] | str) -> tuple[Wrappers, int]:
-    """Return wrappers and hold that an ``env_wrapper`` entry says.
+def wrappers_from_yaml(items: Sequence[Any] | Mapping[str, Any] | str) -> tuple[Wrappers, int]:
+    """Return the wrappers and the hold of an ``env_wrapper`` entry.
 
     Raises
     ------
     ValueError
-        If a wrapper is none that an agent can carry along.
+        If a wrapper cannot be part of an agent's interface.
     """
-    listed = list(items) if isinstance(items, Sequence) and not isinstance(items, str) else [items]
     wrappers, hold = [], 1
-    for item in listed:
+    for item in [items] if isinstance(items, str | Mapping) else items:
         name, arguments = next(iter(item.items())) if isinstance(item, Mapping) else (item, {})
         name = str(name).removeprefix(_PREFIX)
         if name == "ActionHold":
@@ -133,7 +125,7 @@ def parse_wrappers(items: Sequence[Any] | Mapping[str, Any] | str) -> tuple[Wrap
     return tuple(wrappers), hold
 
 
-def written_out(interface: Interface) -> Interface:
+def with_base_gains(interface: Interface) -> Interface:
     """Return an interface with all gains of its base: an agent must not change when the defaults of its base do."""
     wrappers = []
     for name, arguments in interface.wrappers:
@@ -147,8 +139,8 @@ def written_out(interface: Interface) -> Interface:
     return Interface(interface.observation, tuple(wrappers), interface.hold, interface.critic_sees_faults)
 
 
-def parse_words(words: Sequence[str]) -> Wrappers:
-    """Return the wrappers that words of a command line say: a name, then arguments as NAME=VALUE, in YAML.
+def wrappers_from_text(texts: Sequence[str]) -> Wrappers:
+    """Return the wrappers of a command line, each a name and arguments as NAME=VALUE, with values in YAML.
 
     Raises
     ------
@@ -156,34 +148,29 @@ def parse_words(words: Sequence[str]) -> Wrappers:
         If an argument has no value.
     """
     wrappers = []
-    for word in words:
-        # Words that do not name an argument belong to the value before them: "ranges={rate_limit: [0.1, 0.2]}".
-        name, *rest = word.split()
-        arguments: list[str] = []
-        for part in rest:
-            if arguments and not re.match(r"\w+=", part):
-                arguments[-1] += f" {part}"
-            else:
-                arguments.append(part)
-        wrappers.append((name, parse_values(arguments, "wrappers")))
+    for text in texts:
+        name, *arguments = text.split(maxsplit=1)
+        # Spaces may be part of a value: "ranges={rate_limit: [0.1, 0.2]}".
+        assignments = re.split(r"\s+(?=\w+=)", arguments[0]) if arguments else []
+        wrappers.append((name, parse_assignments(assignments, "wrappers")))
     return tuple(wrappers)
 
 
-def parse_values(words: Sequence[str], field_name: str) -> dict[str, Any]:
-    """Return NAME=VALUE words as a dict, values in YAML.
+def parse_assignments(texts: Sequence[str], field_name: str) -> dict[str, Any]:
+    """Return texts NAME=VALUE as a dict, with values in YAML.
 
     Raises
     ------
     ValueError
-        If a word has no value.
+        If a text has no value.
     """
     values = {}
-    for word in words:
-        name, sign, value = word.partition("=")
-        require(bool(sign and name), field_name, "must be words NAME=VALUE", word)
+    for text in texts:
+        name, sign, value = text.partition("=")
+        require(bool(sign and name), field_name, "must be words NAME=VALUE", text)
         values[name] = yaml.safe_load(value)
         if isinstance(values[name], str) and _is_number(value):
-            values[name] = float(value)  # YAML 1.1 takes 1e-4 for text
+            values[name] = float(value)  # YAML 1.1 reads 1e-4 as text
     return values
 
 

@@ -1,4 +1,4 @@
-"""What the keys of a viewer do to a session."""
+"""Keys of the viewer."""
 
 from __future__ import annotations
 
@@ -6,45 +6,42 @@ from ftac_gym.viewer.session import Session
 
 
 def press(session: Session, key: str, shift: bool = False) -> str:
-    """Do what a key asks for.
+    """Apply a key to a session.
 
     Parameters
     ----------
     session
-        What is watched.
+        The session.
     key
         Name of the key: a digit, ``"tab"``, ``"backspace"``, ``"space"``, ``"right"``, ``"up"``, ``"down"``, ``"r"`` or
         ``"n"``; others do nothing.
     shift
-        Whether the shift key is held: a digit then mends, and the tabulator goes backwards.
+        Whether the shift key is held: a digit then clears faults, and the tabulator goes backwards.
 
     Returns
     -------
-    What was done, in words; empty if nothing.
+    A notice to show; empty if there is none.
     """
     if key.isdigit():
         wheel = int(key)
         if shift:
-            return f"wheel {wheel} mended" if session.repair(wheel) else f"there is no wheel {wheel}"
+            return f"wheel {wheel}: faults cleared" if session.clear_faults(wheel) else f"there is no wheel {wheel}"
         name = session.kind.replace("_", " ")
-        return name if session.strike(wheel) else f"{name} does not fit wheel {wheel}"
+        return name if session.add_fault(wheel) else f"{name} does not fit wheel {wheel}"
     match key:
         case "tab":
-            session.choose(-1 if shift else 1)
-            return ""
+            session.choose_kind(-1 if shift else 1)
         case "backspace":
-            session.repair_all()
-            return "all mended"
+            session.clear_all_faults()
+            return "all faults cleared"
         case "space":
             session.paused = not session.paused
-            return ""
         case "right":
             session.paused = True
             session.step()
             return "one control period"
         case "up" | "down":
-            session.hurry(2.0 if key == "up" else 0.5)
-            return ""
+            session.change_speed(2.0 if key == "up" else 0.5)
         case "r":
             session.restart()
             return "the same episode again"

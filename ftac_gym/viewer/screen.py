@@ -1,4 +1,4 @@
-"""A session as a picture: its flights side by side, and a line that says what is going on."""
+"""Picture of a session: its policies side by side, and a line with its state."""
 
 from __future__ import annotations
 
@@ -13,33 +13,40 @@ from ftac_gym.envs.rendering.toolkit import Lettering, drawing_library
 from ftac_gym.viewer.session import Session
 
 HELP = (
-    "Tab kind | 0-9 strike wheel | Shift+0-9 mend | Back mend all | Space pause | Right step | "
+    "Tab kind | 0-9 add fault | Shift+0-9 clear | Back clear all | Space pause | Right step | "
     "Up/Down speed | R again | N next | V film | Q quit"
 )
-"""What the keys do."""
+"""Line with the keys."""
 
 STRIP = 44
-"""Height of the lines below the flights [pixels]."""
+"""Height of the lines below the views [pixels]."""
 
 
 class Screen:
-    """Draws a session.
+    """Drawing of a session.
 
     Parameters
     ----------
     session
-        What is drawn.
+        The session.
     width, height
-        Of the whole picture [pixels].
+        Size of the whole picture [pixels].
     strip
         Whether to leave room for a line with the state of the session, and one with the keys.
+
+    Attributes
+    ----------
+    surface
+        The last picture.
+    notice
+        Text that is shown with the state.
 
     Raises
     ------
     gymnasium.error.DependencyNotInstalled
         If pygame is missing.
     ValueError
-        If there is too little room for the flights.
+        If there is too little room for the views.
     """
 
     def __init__(self, session: Session, width: int, height: int, strip: bool = True) -> None:
@@ -47,20 +54,18 @@ class Screen:
         self._letters = Lettering(self._pygame)
         self._session = session
         self._strip = STRIP if strip else 0
-        self._share = width // len(session.flights)
-        self._renderers = [Renderer(session.scenario, self._share, height - self._strip) for _ in session.flights]
+        self._share = width // len(session.live)
+        self._renderers = [Renderer(session.scenario, self._share, height - self._strip) for _ in session.live]
         self.surface: Any = self._pygame.Surface((width, height))
-        """The picture that was drawn last."""
         self.notice = ""
-        """Shown with the state: what has just happened."""
 
     def draw(self) -> None:
-        """Draw the session as it is now."""
+        """Draw the present state."""
         self.surface.fill(palette.SPACE)
         _, height = self.surface.get_size()
-        for index, (renderer, flight) in enumerate(zip(self._renderers, self._session.flights, strict=True)):
+        for index, (renderer, live) in enumerate(zip(self._renderers, self._session.live, strict=True)):
             area = (index * self._share, 0, self._share, height - self._strip)
-            renderer.draw(self.surface.subsurface(area), flight.snapshot())
+            renderer.draw(self.surface.subsurface(area), live.snapshot())
             if index:
                 self._pygame.draw.line(self.surface, palette.LINE, (area[0], 0), (area[0], area[3]))
         if self._strip:
@@ -79,5 +84,5 @@ class Screen:
         self.surface.blit(drawn, (8, top))
 
     def frame(self) -> npt.NDArray[np.uint8]:
-        """Return the pixels of the picture that was drawn last, (height, width, 3)."""
+        """Return the pixels of the last picture, (height, width, 3)."""
         return pixels_of(self._pygame, self.surface)

@@ -1,4 +1,4 @@
-"""What a viewer can do: pause, step, change the speed, break and mend wheels, start again."""
+"""Sessions of the viewer: pause, step, speed, faults and restarts."""
 
 from __future__ import annotations
 
@@ -11,23 +11,32 @@ from ftac_gym.faults import Fault, WheelFault
 from ftac_gym.faults.specification import example, kinds
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import require
-from ftac_gym.viewer.flight import Flight
+from ftac_gym.viewer.live_episode import LiveEpisode
 
 SLOWEST, FASTEST = 0.125, 16.0
 """Limits of the speed, in seconds of the episode per second."""
 
 
 class Session:
-    """Policies that fly the same episode side by side, and the knobs of who watches them.
+    """Policies that fly the same episode side by side, with controls for the viewer.
 
     Parameters
     ----------
     scenario
-        What is flown.
+        The task.
     policies
-        One or more, by the names that are shown; see :func:`~ftac_gym.policies.resolve`.
+        One or more policies by the names to show; see :func:`~ftac_gym.policies.resolve`.
     seed, episode
         The first episode.
+
+    Attributes
+    ----------
+    live
+        The episode of each policy.
+    kind
+        Name of the fault to add next.
+    paused, speed
+        Whether time stands still, and seconds of the episode per second.
 
     Raises
     ------
@@ -40,71 +49,64 @@ class Session:
         for name, number in (("seed", seed), ("episode", episode)):
             require(number >= 0, name, "must not be negative", number)
         self.scenario = scenario
-        self.flights = [Flight(scenario, policy, name) for name, policy in policies.items()]
+        self.live = [LiveEpisode(scenario, policy, name) for name, policy in policies.items()]
         self.kinds = kinds()
         self.kind = next(iter(self.kinds))
-        """Name of the fault that strikes next."""
         self.seed, self.episode = seed, episode
-        self.paused = False
-        self.speed = 1.0
-        self._owed = 0.0
-        self._struck = 0
+        self.paused, self.speed = False, 1.0
         self.restart()
 
     @property
     def time(self) -> float:
-        """Of the episode [s]."""
-        return self.flights[0].time
+        """Time since the start of the episode [s]."""
+        return self.live[0].time
 
     @property
     def over(self) -> bool:
-        """Whether the episode has come to its end."""
-        return self.flights[0].over
+        """True after the end of the episode."""
+        return self.live[0].over
 
     def restart(self, episode: int | None = None) -> None:
-        """Start the same episode again, or another one of the seed; what was broken live is whole again."""
+        """Start the same episode again, or another one of the seed, without the faults that were added."""
         self.episode = self.episode if episode is None else episode
         drawn = self.scenario.draw_episodes([self.seed], np.array([self.episode]))
-        for flight in self.flights:
-            flight.reset(drawn)
-        self._owed, self._struck = 0.0, 0
+        for live in self.live:
+            live.reset(drawn)
+        self._remaining, self._added = 0.0, 0
 
     def run(self, seconds: float) -> None:
-        """Let so many seconds of the viewer's time go by.
-
-        The episode moves in whole control periods; what is left over counts next time.
-        """
+        """Advance by a time of the viewer [s], in whole control periods; the remainder is added to the next call."""
         if self.paused or self.over:
             return
         period = self.scenario.control_period
-        self._owed += seconds * self.speed
-        # A little early rather than late: sums of rounded times must not lose a period.
-        periods = int(self._owed / period + 1e-6)
-        self._owed -= periods * period
+        self._remaining += seconds * self.speed
+        # The tolerance keeps sums of rounded times from losing a period.
+        periods = int(self._remaining / period + 1e-6)
+        self._remaining -= periods * period
         for _ in range(periods):
             self.step()
 
     def step(self) -> None:
-        """Fly on for one control period."""
-        for flight in self.flights:
-            flight.step()
+        """Fly for one control period."""
+        for live in self.live:
+            live.step()
 
-    def hurry(self, factor: float) -> None:
+    def change_speed(self, factor: float) -> None:
         """Multiply the speed, within its limits."""
         self.speed = min(max(self.speed * factor, SLOWEST), FASTEST)
 
-    def choose(self, step: int) -> None:
-        """Take another kind of fault, so many further in the list."""
+    def choose_kind(self, offset: int) -> None:
+        """Choose the kind of fault at an offset from the present one in the list."""
         names = list(self.kinds)
-        self.kind = names[(names.index(self.kind) + step) % len(names)]
+        self.kind = names[(names.index(self.kind) + offset) % len(names)]
 
-    def strike(self, wheel: int, fault: Fault | None = None) -> bool:
-        """Let a fault begin now on all craft, the same one.
+    def add_fault(self, wheel: int, fault: Fault | None = None) -> bool:
+        """Add a fault that begins now to all spacecraft, with the same draws.
 
         Parameters
         ----------
         wheel
-            The wheel it strikes; faults of sensors strike whatever the number.
+            The affected wheel; faults of sensors ignore it.
         fault
             The fault; None takes the example of the chosen kind.
 
@@ -112,28 +114,31 @@ class Session:
         -------
         Whether there is such a wheel, and the fault fits it.
         """
-        if wheel >= self.scenario.spacecraft.wheels.count:
-            return False
         kind = self.kinds[self.kind]
+        if not self._has(wheel):
+            return False
         try:
             chosen = fault or example(kind, **({"wheel": wheel} if issubclass(kind, WheelFault) else {}))
-            for flight in self.flights:
-                # The same draws for everyone, and for the same keys at the same times.
-                flight.strike(chosen, np.random.default_rng([self.seed, self.episode, self._struck]))
+            for live in self.live:
+                # The draws depend only on the episode and on the number of faults before.
+                live.add_fault(chosen, np.random.default_rng([self.seed, self.episode, self._added]))
         except ValueError:
             return False
-        self._struck += 1
+        self._added += 1
         return True
 
-    def repair(self, wheel: int | None) -> bool:
-        """Put a wheel in order on all craft, or their sensors if it is None; tell whether there is such a wheel."""
-        if wheel is not None and wheel >= self.scenario.spacecraft.wheels.count:
-            return False
-        for flight in self.flights:
-            flight.repair(wheel)
-        return True
+    def clear_faults(self, wheel: int) -> bool:
+        """End all faults of a wheel on all spacecraft; return whether there is such a wheel."""
+        if self._has(wheel):
+            for live in self.live:
+                live.clear_faults(wheel)
+        return self._has(wheel)
 
-    def repair_all(self) -> None:
-        """Put all wheels and the sensors in order."""
-        for wheel in (None, *range(self.scenario.spacecraft.wheels.count)):
-            self.repair(wheel)
+    def clear_all_faults(self) -> None:
+        """End all faults of wheels and sensors on all spacecraft."""
+        for live in self.live:
+            for wheel in (None, *range(self.scenario.spacecraft.wheels.count)):
+                live.clear_faults(wheel)
+
+    def _has(self, wheel: int) -> bool:
+        return wheel < self.scenario.spacecraft.wheels.count

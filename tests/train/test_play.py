@@ -1,28 +1,18 @@
-"""Watching from the command line."""
-
-import importlib.util
-import subprocess
-import sys
-from pathlib import Path
+"""The viewer from the command line."""
 
 import pytest
-
-PLAY = str(Path(__file__).parents[2] / "train" / "play.py")
-
-
-def play(*words, cwd):
-    return subprocess.run([sys.executable, PLAY, *words], cwd=cwd, capture_output=True, text=True, check=False)
+from helpers.scripts import module_of, run
 
 
 def test_a_seizure_under_two_policies_becomes_a_film(tmp_path):
     words = "--policy nftsm --against pd_dob --fault seizure:2@1 --seconds 3 --speed 4 --width 640 --height 320"
-    done = play(*words.split(), "--output", "out/film.mp4", cwd=tmp_path)
+    done = run("play.py", *words.split(), "--output", "out/film.mp4", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "out" / "film.mp4").read_bytes()[4:8] == b"ftyp"
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "expected"),
     [
         (["--policy", "nftms"], ["policy must be", "nftsm_observer", "flagship_residual", "'nftsm tuned'"]),
         (["--fault", "seizzure:2@15"], ["seizure:2@15", "lock_in_place", "KIND:WHEEL@ONSET"]),
@@ -30,28 +20,25 @@ def test_a_seizure_under_two_policies_becomes_a_film(tmp_path):
         (["--scenario", "flagshop"], ["flagship_hardware"]),
     ],
 )
-def test_what_is_unknown_lists_what_is_known(tmp_path, words, told):
-    done = play(*words, "--output", "film.mp4", cwd=tmp_path)
+def test_what_is_unknown_lists_what_is_known(tmp_path, words, expected):
+    done = run("play.py", *words, "--output", "film.mp4", folder=tmp_path)
     assert done.returncode == 1
-    for text in told:
+    for text in expected:
         assert text in done.stderr
     assert "Traceback" not in done.stderr
 
 
-def test_keys_of_the_window_break_wheels_and_film(tmp_path, monkeypatch):
+def test_keys_of_the_window_add_faults_and_film(tmp_path, monkeypatch):
     pygame = pytest.importorskip("pygame")
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    spec = importlib.util.spec_from_file_location("play", PLAY)
-    module = importlib.util.module_from_spec(spec)
-    monkeypatch.setitem(sys.modules, "play", module)
-    spec.loader.exec_module(module)
+    module = module_of("play")
     config = module.Config(policy="pd", fault=("none",), width=640, height=480, films=tmp_path)
     session = module.begin(config)
     keys = [pygame.K_v, pygame.K_TAB, pygame.K_1, pygame.K_RIGHT, pygame.K_z, pygame.K_v, pygame.K_q]
     waiting = [pygame.event.Event(pygame.KEYDOWN, key=key, mod=0) for key in keys]
     monkeypatch.setattr(module.Window, "events", lambda window: [waiting.pop(0)] if waiting else [])
     module.watch(config, session)
-    assert session.flights[0].snapshot().faults[0].startswith("wheel 1: drifting effectiveness at")
+    assert session.live[0].snapshot().faults[0].startswith("wheel 1: drifting effectiveness at")
     assert session.paused and not waiting
     films = list(tmp_path.glob("*.mp4"))
     assert len(films) == 1 and films[0].read_bytes()[4:8] == b"ftyp"

@@ -9,7 +9,7 @@ from stable_baselines3.common.vec_env import VecNormalize
 from ftac_gym.agents.agent import Agent, Interface, load_model
 from ftac_gym.training.algorithms import BASE_NOISE, build, let_actor_learn
 from ftac_gym.training.callbacks import Schedule
-from ftac_gym.training.hyperparameters import ALGORITHMS, Recipe
+from ftac_gym.training.hyperparameters import ALGORITHMS, Hyperparameters
 from ftac_gym.wrappers import SB3VecEnv
 
 RESIDUAL = (("ResidualPolicy", {"base": "pd_dob", "authority": 0.5}),)
@@ -25,8 +25,8 @@ def model_of(algorithm, interface, **settings):
     policy = "MlpLstmPolicy" if algorithm == "recurrent_ppo" else "MlpPolicy"
     layers = {"net_arch": {"pi": [16], "vf" if "ppo" in algorithm else "qf": [16]}}
     own = {"n_steps": 8, "batch_size": 32} if "ppo" in algorithm else {"buffer_size": 500, "learning_starts": 40}
-    recipe = Recipe(interface, 1000, CRAFT, {}, policy, layers, True, {**own, **settings})
-    return build(algorithm, recipe, env, size, seed=1), size
+    hyperparameters = Hyperparameters(interface, 1000, CRAFT, {}, policy, layers, True, {**own, **settings})
+    return build(algorithm, hyperparameters, env, size, seed=1), size
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)

@@ -1,4 +1,4 @@
-"""Watching policies: the same episode for everyone, keys, and films."""
+"""Viewer: the same episode for all policies, keys, and films."""
 
 import numpy as np
 import pytest
@@ -7,43 +7,43 @@ from ftac_gym import scenarios
 from ftac_gym.evaluation import rollout
 from ftac_gym.faults import KINDS
 from ftac_gym.faults.specification import name_of
-from ftac_gym.viewer import Film, Flight, Screen, Session
+from ftac_gym.viewer import Film, LiveEpisode, Screen, Session
 from ftac_gym.viewer.keys import press
 
 FLAGSHIP = scenarios.get("flagship").replace(duration=40.0)
 
 
-def test_a_flight_is_the_rollout_of_its_episode():
+def test_a_live_episode_is_the_rollout_of_its_episode():
     episode = FLAGSHIP.draw(5, 1)
-    flight = Flight(FLAGSHIP, "nftsm", "nftsm")
-    flight.reset(episode)
+    live = LiveEpisode(FLAGSHIP, "nftsm", "nftsm")
+    live.reset(episode)
     history = rollout(FLAGSHIP, "nftsm", episode)
     for step in range(FLAGSHIP.horizon):
-        flight.step()
-        np.testing.assert_array_equal(flight.snapshot().attitude, history.attitude[step + 1, 0])
-    assert flight.over
-    flight.step()
-    assert flight.time == pytest.approx(40.0)
+        live.step()
+        np.testing.assert_array_equal(live.snapshot().attitude, history.attitude[step + 1, 0])
+    assert live.over
+    live.step()
+    assert live.time == pytest.approx(40.0)
 
 
-def test_a_flight_with_live_faults_replays():
+def test_an_episode_with_live_faults_replays():
     session = Session(FLAGSHIP.replace(faults=None), {"a": "pd_dob", "b": "nftsm"}, seed=3)
     session.kind = "seizure"
     session.run(5.0)
     assert press(session, "2") == "seizure"
-    assert all(flight.snapshot().faults == ("wheel 2: seizure at 5.0 s",) for flight in session.flights)
+    assert all(live.snapshot().faults == ("wheel 2: seizure at 5.0 s",) for live in session.live)
     session.run(10.0)
-    assert press(session, "2", shift=True) == "wheel 2 mended"
-    assert all(flight.snapshot().faults == () for flight in session.flights)
+    assert press(session, "2", shift=True) == "wheel 2: faults cleared"
+    assert all(live.snapshot().faults == () for live in session.live)
     session.run(100.0)
     assert session.over
-    last = session.flights[0].snapshot().attitude
-    history = rollout(FLAGSHIP, "pd_dob", session.flights[0].episode)
+    last = session.live[0].snapshot().attitude
+    history = rollout(FLAGSHIP, "pd_dob", session.live[0].episode)
     np.testing.assert_array_equal(history.attitude[-1, 0], last)
     session.restart()
     assert session.time == 0.0 and not session.over
     session.run(100.0)
-    assert np.abs(session.flights[0].snapshot().attitude - last).max() > 1e-9, "the live fault is gone"
+    assert np.abs(session.live[0].snapshot().attitude - last).max() > 1e-9, "the live fault is gone"
 
 
 def test_keys():
@@ -74,18 +74,18 @@ def test_keys():
     assert press(session, "") == "" and press(session, "z") == ""
 
 
-def test_every_kind_can_strike_and_be_mended():
+def test_every_kind_can_be_added_and_cleared():
     session = Session(FLAGSHIP.replace(faults=None), {"pd": "pd"})
-    struck = 0
+    added = 0
     for _ in session.kinds:
-        struck += session.strike(1)
+        added += session.add_fault(1)
         press(session, "tab")
         session.run(0.5)
-    # Friction needs wheels that rub, which the flagship's do not.
-    assert struck == len(KINDS) - 1
-    assert press(session, "backspace") == "all mended"
+    # Friction needs a friction model, which the flagship's wheels do not have.
+    assert added == len(KINDS) - 1
+    assert press(session, "backspace") == "all faults cleared"
     session.run(0.2)
-    assert session.flights[0].snapshot().faults == ()
+    assert session.live[0].snapshot().faults == ()
 
 
 def test_slow_viewers_lose_no_time():
@@ -95,7 +95,7 @@ def test_slow_viewers_lose_no_time():
     assert session.time == pytest.approx(10.0)
 
 
-def test_a_screen_shows_all_flights():
+def test_a_screen_shows_all_policies():
     session = Session(FLAGSHIP, {"pd": "pd", "nftsm": "nftsm"})
     screen = Screen(session, 1000, 480)
     screen.draw()
