@@ -122,7 +122,9 @@ def test_a_damaged_journal_is_refused(undisturbed, tmp_path):
         (tmp_path / JOURNAL).write_bytes(b"".join(lines))
         with pytest.raises(ValueError, match=r"folder must hold a journal of trials in JSON lines, got .*jsonl: "):
             Study(SEARCH, tmp_path)
-    (tmp_path / JOURNAL).write_bytes(journal.replace(b'"gains": {"rate_gain": ', b'"gains": {"rate_gain": 1'))
+    setting, trial, *others = journal.splitlines(keepends=True)
+    altered = json.dumps({**json.loads(trial), "gains": {"rate_gain": 1.0}}).encode() + b"\n"
+    (tmp_path / JOURNAL).write_bytes(b"".join([setting, altered, *others]))
     with pytest.raises(ValueError, match="folder must hold the gains that this version of cmaes"):
         tune(SEARCH, tmp_path, WHOLE)
 
