@@ -28,9 +28,7 @@ from typing import Literal
 import numpy as np
 import tyro
 from rich.console import Console
-from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.agents.shipped import designs
@@ -39,7 +37,7 @@ from ftac_gym.evaluation import Evaluation, compare, evaluate, fault_classes, ro
 from ftac_gym.evaluation.benchmark import fly, frozen_episodes
 from ftac_gym.evaluation.entries import ALL, check_fit, entries_of
 from ftac_gym.evaluation.files import write_episodes, write_summary
-from ftac_gym.evaluation.tables import Cells, kind_table, markdown, metric_tables, split_table
+from ftac_gym.evaluation.tables import kind_table, markdown, metric_tables, split_table
 from ftac_gym.plots import episode as draw_episode
 from ftac_gym.plots import error_bands, prescribed_bound
 from ftac_gym.plots.fault_gallery import fault_gallery
@@ -48,6 +46,7 @@ from ftac_gym.policies.resolve import TUNED
 from ftac_gym.report import write_report
 from ftac_gym.scenarios import SPLITS, frozen
 from ftac_gym.task.episodes import Episodes
+from ftac_gym.utils.console import show_table
 
 CLOSE = ("agent", "flagship_telemetry", "flagship_direct", "pd_dob", "pd", "nftsm_observer tuned", "nftsm tuned")
 """The shipped agents of the flagship, and the baselines that come closest to them."""
@@ -175,16 +174,6 @@ def run(
     return evaluations
 
 
-def show(console: Console, cells: Cells, title: str) -> None:
-    """Print a table."""
-    table = Table(title=title)
-    for index, heading in enumerate(cells[0]):
-        table.add_column(escape(heading), no_wrap=index == 0)
-    for row in cells[1:]:
-        table.add_row(*(escape(cell) for cell in row))
-    console.print(table)
-
-
 def interesting(evaluations: list[Evaluation], episodes: Episodes) -> int:
     """Return the first feasible episode in which one wheel gets a bias while the craft is on target."""
     struck = ~np.isnan(evaluations[0].metrics["peak_after_fault"])
@@ -261,7 +250,7 @@ def main(config: Config) -> None:
     # Narrower, a table of many policies would cut off the kinds of faults.
     wide = Console(width=max(console.width, 130, 60 + 18 * len(flown)))
     for title, cells in tables.items():
-        show(wide, cells, title)
+        show_table(wide, cells, title)
     for name, items in evaluations.items():
         (config.reports / name).mkdir(parents=True, exist_ok=True)
         write_episodes(config.reports / name / "episodes.csv", items, drawn[name])

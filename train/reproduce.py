@@ -20,14 +20,13 @@ from pathlib import Path
 
 import tyro
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 from tqdm import tqdm
 
-from ftac_gym.evaluation.tables import Cells, markdown
+from ftac_gym.evaluation.tables import markdown
 from ftac_gym.reproduction import PAPERS
 from ftac_gym.reproduction.claims import claim_table
 from ftac_gym.reproduction.flight import Flight, Plan, fly
+from ftac_gym.utils.console import show_table
 
 
 @dataclass(frozen=True)
@@ -56,16 +55,6 @@ def run(plans: dict[str, Plan], workers: int) -> dict[str, Flight]:
     return {name: flights[name] for name in plans}
 
 
-def show(console: Console, cells: Cells, title: str) -> None:
-    """Print a table."""
-    table = Table(title=title, title_justify="left", show_lines=len(cells[0]) == 5 and cells[0][0] == "where")
-    for heading in cells[0]:
-        table.add_column(escape(heading), overflow="fold")
-    for row in cells[1:]:
-        table.add_row(*(escape(cell) for cell in row))
-    console.print(table)
-
-
 def main(config: Config) -> None:
     """Reproduce."""
     if config.paper not in PAPERS:
@@ -75,9 +64,9 @@ def main(config: Config) -> None:
     result = paper.evaluate(run(paper.plans(), config.workers))
     console = Console()
     wide = Console(width=max(console.width, 150))
-    tables = {**result.studies, f"Claims of {config.paper}": claim_table(result.claims)}
-    for title, cells in tables.items():
-        show(wide, cells, title)
+    for title, cells in result.studies.items():
+        show_table(wide, cells, title)
+    show_table(wide, claim_table(result.claims), f"Claims of {config.paper}", lines=True)
     folder = config.output / config.paper
     folder.mkdir(parents=True, exist_ok=True)
     for name, figure in result.figures.items():
