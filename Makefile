@@ -5,7 +5,7 @@ RUN := $(VENV)/bin/python
 STAMP := $(VENV)/.ready
 DOCS_STAMP := $(VENV)/.docs-ready
 
-.PHONY: help setup evaluate test train bench docs lint format clean
+.PHONY: help setup evaluate test train bench docs links lint format clean
 
 help:  ## list the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /	/'
@@ -34,14 +34,17 @@ $(DOCS_STAMP): $(STAMP)
 	$(RUN) -m pip install --quiet --disable-pip-version-check --editable '.[docs,render]' -c constraints.txt
 	touch $(DOCS_STAMP)
 
-docs: $(DOCS_STAMP)  ## build the documentation site, run its tutorials and check its links
+docs: $(DOCS_STAMP)  ## build the documentation site, run its tutorials and check its internal links
 	$(RUN) -m sphinx --jobs auto --fresh-env --fail-on-warning --keep-going --nitpicky --quiet docs docs/_build/html
-	$(RUN) docs/scripts/check_links.py docs/_build/html
 
-lint: $(STAMP)  ## check style and types
+links: $(DOCS_STAMP)  ## check the links of the documentation to other sites, which needs the network
+	$(RUN) -m sphinx --builder linkcheck --jobs auto --quiet docs docs/_build/links
+
+lint: $(STAMP)  ## check style, types and prose
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/ruff format --check .
 	$(VENV)/bin/mypy
+	$(RUN) docs/tools/prose.py
 
 format: $(STAMP)  ## format the code
 	$(VENV)/bin/ruff format .

@@ -1,90 +1,114 @@
 """Sphinx configuration.
 
-Pages that follow from the code are written by ``docs/scripts`` before anything is read. Their output, and the site, are
-not kept in the repository.
+``docs/tools`` writes the pages of environments and baselines before Sphinx reads anything, autosummary the API pages.
 """
 
 from __future__ import annotations
 
-import importlib
 import os
+import re
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
-HERE = Path(__file__).parent
-sys.path[:0] = [str(HERE / "extensions"), str(HERE / "scripts")]
-
-import ftac_gym  # noqa: E402
-
-if TYPE_CHECKING:
-    from sphinx.application import Sphinx
-
-# The site is built the same with and without a screen.
-os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
+sys.path.insert(0, str(Path(__file__).parent / "tools"))
+os.environ.setdefault("SDL_VIDEODRIVER", "dummy")  # frames are drawn without a screen
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 
-project = "ftac_gym"
+import baseline_pages
+import environment_pages
+
+import ftac_gym
+
+project = html_title = "ftac_gym"
 author = "The ftac_gym authors"
 project_copyright = "the ftac_gym authors, MIT licence"
 release = version = ftac_gym.__version__
-language = "en"
 highlight_language = "text"
-
 extensions = [
     "myst_nb",
+    "numpydoc",
     "sphinx.ext.autodoc",
-    "sphinx.ext.napoleon",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.intersphinx",
+    "sphinx.ext.mathjax",
     "sphinx.ext.viewcode",
+    "sphinx-mathjax-offline",
     "sphinx_copybutton",
     "sphinx_design",
-    "docstrings",
-    "mathml",
-    "references",
 ]
-exclude_patterns = ["_build", "extensions", "scripts", "environments/generated/table.md", "**/.ipynb_checkpoints"]
-nitpicky = True
+templates_path = ["_templates"]
+exclude_patterns = ["_build", "_templates", "**/.ipynb_checkpoints"]
 
 html_theme = "furo"
-html_title = "ftac_gym"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
-html_math_renderer = "mathml"
 html_show_sphinx = False
 
 autodoc_default_options = {"members": True, "show-inheritance": True, "ignore-module-all": True}
-viewcode_follow_imported_members = False
 autodoc_member_order = "bysource"
-autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
 python_use_unqualified_type_names = True
 maximum_signature_line_length = 100
-napoleon_attr_annotations = False
-napoleon_google_docstring = False
-napoleon_use_ivar = True
+numpydoc_show_class_members = False
+viewcode_follow_imported_members = False
 
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath", "fieldlist"]
 myst_heading_anchors = 4
-
 nb_execution_mode = "force"
 nb_execution_timeout = 600
 nb_execution_raise_on_error = True
-nb_execution_show_tb = True
 nb_output_stderr = "remove"
 nb_merge_streams = True
-
 copybutton_exclude = ".linenos, .gp, .go"
 
-GENERATORS = ("api", "environments", "baselines")
-"""Scripts with a function ``write`` that writes pages below the folder that it is given."""
+# An inventory that cannot be fetched is a warning: links to other packages are there with DOCS_INTERSPHINX=1 only.
+INVENTORIES = {
+    "python": "https://docs.python.org/3",
+    "numpy": "https://numpy.org/doc/stable",
+    "gymnasium": "https://gymnasium.farama.org",
+    "stable_baselines3": "https://stable-baselines3.readthedocs.io/en/master",
+    "matplotlib": "https://matplotlib.org/stable",
+}
+intersphinx_mapping = {name: (url, None) for name, url in INVENTORIES.items() if os.environ.get("DOCS_INTERSPHINX")}
+nitpicky = True
+OTHERS = "abc collections concurrent cvxpy enum gymnasium jinja2 matplotlib numba numpy optuna os pathlib pygame torch"
+OTHERS += " scipy stable_baselines3 sb3_contrib types typing"
+nitpick_ignore_regex = [
+    ("py:.*", rf"({OTHERS.replace(' ', '|')})\..*"),
+    ("py:.*", r"(.*\.)?_\w+"),
+    ("py:class", r"[FT]"),
+]
 
 
-def _write_pages(app: Sphinx) -> None:
-    for name in GENERATORS:
-        if (HERE / "scripts" / f"{name}.py").exists():
-            importlib.import_module(name).write(Path(app.srcdir))
+def shorten(
+    app: Any, what: str, name: str, subject: Any, options: Any, *signature: str | None
+) -> tuple[str | None, ...]:
+    """Write array types as ``NDArray``, which stands for them in the code."""
+    array = r"~?numpy\.ndarray\[~?tuple\[~?(?:typing\.)?Any, \.\.\.\], ~?numpy\.dtype\[~?([\w.]+)\]\]"
+    return tuple(part and re.sub(array, r"numpy.typing.NDArray[\1]", part) for part in signature)
 
 
-def setup(app: Sphinx) -> None:
-    """Write pages before anything is read."""
-    app.connect("builder-inited", _write_pages)
+def mark_headings(app: Any, what: str, name: str, subject: Any, options: Any, lines: list[str]) -> None:
+    """Turn the Markdown headings that Gymnasium has in docstrings of environments into rubrics."""
+    lines[:] = [f".. rubric:: {line[3:]}" if line.startswith("## ") else line for line in lines]
+
+
+def follow_import(app: Any, env: Any, node: Any, content: Any) -> Any:
+    """Lead a name that a package imports, such as ``ftac_gym.faults.Bias``, to the module that defines it."""
+    package, _, name = node["reftarget"].rpartition(".")
+    found = getattr(sys.modules.get(package), name, None) if node.get("refdomain") == "py" else None
+    if not package.startswith("ftac_gym") or found is None:
+        return None
+    target = f"{getattr(found, '__module__', package)}.{getattr(found, '__qualname__', name)}"
+    places = env.domains["py"].resolve_any_xref(env, node["refdoc"], app.builder, target, node, content)
+    return places[0][1] if places else None
+
+
+def setup(app: Any) -> None:
+    """Write the pages, and connect the functions above."""
+    environment_pages.write(Path(app.srcdir))
+    baseline_pages.write(Path(app.srcdir))
+    app.connect("autodoc-process-signature", shorten)
+    app.connect("autodoc-process-docstring", mark_headings)
+    app.connect("missing-reference", follow_import)

@@ -1,4 +1,4 @@
-"""What stands in the README and on the site is the same."""
+"""The README and the site show the same results and code."""
 
 import re
 from pathlib import Path
@@ -24,3 +24,8 @@ def test_the_results_of_the_readme_are_those_of_the_site():
 
 def test_the_ten_lines_are_the_same():
     assert first_program(README) == first_program((ROOT / "docs" / "index.md").read_text(encoding="utf-8"))
+
+
+def test_the_readme_is_short_and_names_the_two_commands():
+    assert len(README.splitlines()) <= 150
+    assert "make evaluate" in README and "make test" in README

@@ -1,0 +1,244 @@
+"""Pages of the baselines: a flight with its figures, the claims of the reports, and the gains."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import re
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import joblib
+import numpy as np
+import yaml
+from environment_pages import ids
+from page_parts import section, show, table, write_pages
+
+import ftac_gym
+from ftac_gym import baselines, plots, scenarios
+from ftac_gym.baselines import observers, tuned
+from ftac_gym.baselines.memory import Memory
+from ftac_gym.evaluation import Rollout, rollout
+from ftac_gym.task.prescribed_bound import PrescribedBound
+from ftac_gym.task.scenario import Scenario, success_steps
+from ftac_gym.utils.parameters import require
+
+SEED = 3
+"""Seed of the flights: on the flagship a bias occurs after a good baseline has settled."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """Facts of a baseline that follow from no code: an entry of ``docs/baselines/variants.yml``."""
+
+    summary: str
+    scenario: str
+    duration: float | None = None
+    hold: float | None = None
+    also: tuple[str, ...] = ()
+    faults: str = "none: healthy wheels are assumed"
+    report: str | None = None
+    flights: str = ""
+    claims: str | None = None
+
+    def task(self, name: str) -> Scenario:
+        """Return the scenario of a flight, shortened where it is the one that the baseline is made for."""
+        scenario = scenarios.get(name)
+        if name != self.scenario:
+            return scenario
+        success = replace(scenario.success, hold=self.hold or scenario.success.hold)
+        return scenario.replace(duration=self.duration or scenario.duration, success=success)
+
+
+def variants(source: Path) -> dict[str, Variant]:
+    """Return the facts of all baselines by name."""
+    groups = yaml.safe_load((source / "baselines" / "variants.yml").read_text(encoding="utf-8"))
+    entries = [(name, group, entry) for group in groups for name, entry in group.pop("baselines").items()]
+    return {name: Variant(**group | entry) for name, group, entry in entries}
+
+
+def families(source: Path) -> dict[str, str]:
+    """Return the page with the equations of each baseline: the one with the baseline in its list of variants."""
+    texts = {path.stem: path.read_text(encoding="utf-8") for path in (source / "baselines").glob("*.md")}
+    found = [(name, page) for page, text in texts.items() for name in re.findall(r"^generated/(\w+)$", text, re.M)]
+    rule = "must be in the list of exactly one page of docs/baselines"
+    require(sorted(name for name, _ in found) == baselines.names(), "every baseline", rule, sorted(found))
+    return dict(found)
+
+
+def code_digest() -> str:
+    """Return a digest of the code and data that the flights and their figures follow from."""
+    package = Path(ftac_gym.__file__).parent
+    folders = ("baselines", "dynamics", "envs", "faults", "plots", "scenarios", "spacecraft", "task", "utils")
+    files = [path for folder in folders for path in (package / folder).rglob("*") if path.suffix in (".py", ".json")]
+    return hashlib.sha256(b"".join(path.read_bytes() for path in [*sorted(files), Path(__file__)])).hexdigest()
+
+
+def fly(name: str, variant: Variant, digest: str) -> dict[str, Any]:
+    """Fly a baseline: with default gains its own scenario, with tuned gains the one that they were tuned on.
+
+    Returns
+    -------
+    dict
+        Sections of the page under ``text``, the end of the last flight under ``end``, PNG files under ``figures``. The
+        digest of the code is only a key, by which a cache finds finished flights.
+    """
+    groups = {variant.scenario: ["default"]}
+    if name in tuned.names():
+        groups.setdefault(tuned.record(name)["provenance"]["scenario"], ["default"]).append("tuned")
+    blocks, files = [], {}
+    for scenario, gains in groups.items():
+        task = variant.task(scenario)
+        policies = {kind: name if kind == "default" else f"{name} tuned" for kind in gains}
+        histories = {kind: rollout(task, policy, seed=SEED) for kind, policy in policies.items()}
+        figures = {f"{name}-{scenario}.png": plots.episode(histories)}
+        estimates = {}
+        if "observer" in variant.faults or baselines.defaults(name).get("faults") in observers.names():
+            estimates = {kind: plots.estimates_along(histories[kind], name, kind) for kind in gains}
+        parts = {part for item in estimates.values() for part, value in vars(item).items() if value is not None}
+        if parts & {"effectiveness", "bias"}:
+            figures[f"{name}-{scenario}-faults.png"] = plots.fault_estimates(estimates)
+        if "disturbance" in parts:
+            figures[f"{name}-{scenario}-torques.png"] = plots.torque_estimates(estimates)
+        blocks += [flight(task, scenario, histories, list(figures))]
+        for file, figure in figures.items():
+            buffer = io.BytesIO()
+            figure.savefig(buffer, dpi=100, metadata={"Software": None})
+            files[file] = buffer.getvalue()
+        last = histories[gains[-1]].metrics()
+    end = f"{'success' if last['success'][0] else 'no success'}, {last['final_error'][0]:.2g} deg"
+    return {"text": "\n\n".join(blocks), "end": end, "figures": files}
+
+
+def flight(task: Scenario, scenario: str, histories: Mapping[str, Rollout], files: list[str]) -> str:
+    """Return the section of a page about the flights of a scenario."""
+    rows, last = [], success_steps(task)
+    for gains, history in histories.items():
+        metrics = {metric: float(values[0]) for metric, values in history.metrics().items()}
+        angle, rate = (np.degrees(error[-last:].max()) for error in (history.attitude_error, history.rate_error))
+        settled = f"{metrics['settling_time']:.1f} s" if metrics["settling_time"] < task.duration else "never"
+        largest = (f"{metrics['final_error']:.3g}", f"{angle:.3g}", f"{rate:.3g}")
+        effort = (f"{metrics['saturation']:.0%}", f"{metrics['chatter']:.3g}")
+        rows.append((gains, "yes" if metrics["success"] else "no", settled, *largest, *effort))
+    header = ("gains", "success", "on target from", "final error [deg]", "largest error at the end [deg]")
+    header += ("largest rate error [deg/s]", "at the torque limit", "chatter [N m/s]")
+    whole, (cone, slow) = scenarios.get(scenario).duration, np.degrees((task.success.angle, task.success.rate))
+    length = f"{whole:g} s" if task.duration >= whole else f"The first {task.duration:g} of {whole:g} s"
+    faults = plots.faults_in_words(next(iter(histories.values())).episodes, 0)
+    text = (
+        f"{length} of {scenario_link(scenario)}, seed {SEED}. Faults: {faults}. On target is within {cone:.3g} deg and"
+        f" {slow:.3g} deg/s, and success is to be there for the last {task.success.hold:g} s, which also are the end in"
+        " the table. Dotted lines mark these limits, those of the torque, and the onsets of faults."
+    )
+    images = [f"```{{image}} {file}\n:alt: {file.removesuffix('.png')}\n```" for file in files]
+    return "\n\n".join([f"### On `{scenario}`", text, table(header, rows), *images])
+
+
+def scenario_link(scenario: str) -> str:
+    """Return a scenario by name, with a link to the page of its environment if it has one."""
+    pages = {name: f"../../environments/generated/{environment_id}.md" for environment_id, name in ids().items()}
+    return f"[`{scenario}`]({pages[scenario]})" if scenario in pages else f"`{scenario}`"
+
+
+def report_tables(text: str) -> dict[str, list[list[str]]]:
+    """Return the rows of the tables in a report by the title of their section, header first."""
+    found = {}
+    for title, body in re.findall(r"^## (.*?)\n(.*?)(?=^## |\Z)", text, flags=re.M | re.S):
+        lines = [line for line in body.splitlines() if line.startswith("|") and not line.startswith("|--")]
+        cells = [re.split(r"(?<!\\)\|", line)[1:-1] for line in lines]
+        found[title] = [[cell.strip().replace(r"\|", "|") for cell in row] for row in cells]
+    return {title: rows for title, rows in found.items() if rows}
+
+
+def reproduction(variant: Variant, source: Path) -> str:
+    """Return the claims and flights of a report that are about a baseline, as Markdown."""
+    if variant.report is None:
+        return "No report is about this variant."
+    path, blocks = f"reproduction/{variant.report}/report.md", []
+    tables = report_tables((source / path).read_text(encoding="utf-8"))
+    claims = tables["Claims"][1:]
+    about = [row for row in claims if variant.claims and re.search(variant.claims, "\n".join((*row[1:3], row[4])))]
+    if about:
+        counts = ", ".join(f"{count} {verdict}" for verdict, count in Counter(row[3] for row in about).items())
+        blocks += [f"Of the {len(claims)} claims of the paper, {len(about)} are about it or judged by it: {counts}."]
+        rows = [(row[0], row[1], row[3], row[4]) for row in about]
+        blocks += [table(("section", "claim", "verdict", "assumption or reason"), rows, literal=True)]
+    schemes = next(rows for title, rows in tables.items() if title.startswith("All schemes"))
+    if flown := [row for row in schemes if re.fullmatch(variant.flights, row[0])]:
+        blocks += ["Its flights in the example of the paper:", table(schemes[0], flown, literal=True)]
+    return "\n\n".join([*blocks, f"All numbers are in the [report](../../{path})."])
+
+
+def gain_table(name: str, task: Scenario) -> str:
+    """Return the gains of a baseline and of its observer as a table: default, tuned and meaning."""
+    baseline, kind = baselines.baseline_class(name), baselines.defaults(name).get("faults")
+    default, found = flat(baselines.defaults(name)), flat(tuned.gains(name)) if name in tuned.names() else {}
+    parts: dict[str, type] = {"": baseline, "bound.": PrescribedBound}
+    if kind in observers.names():
+        observer = observers.make(kind, task, Memory(1))
+        parts["observer."] = type(observer)
+        default |= {
+            f"observer.{gain}": value
+            for gain, value in getattr(getattr(observer, "gains", None), "__dict__", {}).items()
+        } | default
+    meanings = {part + gain: text for part, cls in parts.items() for gain, text in section(cls, "Parameters").items()}
+    rows = []
+    for gain in dict.fromkeys([*default, *found]):
+        values = [show(values[gain]) if values.get(gain) is not None else "" for values in (default, found)]
+        rows.append((f"`{gain}`", *values[: 1 + bool(found)], meanings.get(gain, "")))
+    return table(("gain", "default", *(["tuned"] if found else []), "meaning"), rows)
+
+
+def flat(gains: Mapping[str, Any]) -> dict[str, Any]:
+    """Return gains by name, with those of a part as ``part.gain``."""
+    found: dict[str, Any] = {}
+    for name, value in gains.items():
+        part = (
+            {f"{name}.{inner}": item for inner, item in value.items()} if isinstance(value, Mapping) else {name: value}
+        )
+        found |= part
+    return found
+
+
+def page(name: str, variant: Variant, family: str, flown: Mapping[str, Any], source: Path) -> str:
+    """Return the page of a baseline."""
+    baseline, task = baselines.baseline_class(name), variant.task(variant.scenario)
+    kind = baselines.defaults(name).get("faults")
+    faults = {"oracle": "the truth"} | {observer: f"[`{observer}`](../observers.md)" for observer in observers.names()}
+    glance = [
+        ("equations and corrections", f"[{family}](../{family}.md)"),
+        ("class", f"{{py:class}}`~{baseline.__module__}.{baseline.__name__}`"),
+        ("information", f"tier `{baselines.make(name, task).information}`"),
+        ("faults from", faults.get(kind, variant.faults)),
+        ("made for", ", ".join(scenario_link(scenario) for scenario in (variant.scenario, *variant.also))),
+    ]
+    code = f'from ftac_gym.evaluation import rollout\n\nhistory = rollout("{variant.scenario}", "{name}", seed={SEED})'
+    blocks = [f"# {name}", f"{variant.summary.removesuffix('.')}.", table(("", ""), glance), "## Flight"]
+    blocks += [f'```python\n{code}\nprint(history.metrics()["final_error"])\n```', flown["text"]]
+    blocks += ["## Reproduction", reproduction(variant, source), "## Gains", gain_table(name, task)]
+    if name in tuned.names():
+        origin = flat(tuned.record(name)["provenance"]).items()
+        blocks += ["Origin of the tuned gains:", table(("", ""), [(key, f"`{value}`") for key, value in origin])]
+    return "\n\n".join(blocks) + "\n"
+
+
+def write(source: Path) -> None:
+    """Write the pages and figures of all baselines, and the table of them that ``baselines/README.md`` includes."""
+    folder, digest = source / "baselines" / "generated", code_digest()
+    facts, pages, rows = variants(source), {}, []
+    folder.mkdir(parents=True, exist_ok=True)
+    # Nothing is flown twice while the code stays as it is.
+    cached = joblib.Memory(source / "_build" / "flights", verbose=0).cache(fly)
+    for name, family in sorted(families(source).items(), key=lambda item: (item[1], item[0])):
+        variant, flown = facts[name], cached(name, facts[name], digest)
+        pages[f"{name}.md"] = page(name, variant, family, flown, source)
+        for file, content in flown["figures"].items():
+            (folder / file).write_bytes(content)
+        information = baselines.make(name, variant.task(variant.scenario)).information
+        made_for = ", ".join(f"`{scenario}`" for scenario in (variant.scenario, *variant.also))
+        rows += [(f"[`{name}`](generated/{name}.md)", variant.summary, information, made_for, flown["end"])]
+    head = table(("name", "description", "information", "made for", "end of its flight"), rows)
+    write_pages(folder, {"table.inc": head, **pages})

@@ -1,0 +1,170 @@
+"""Pages of the environment ids: the docstring of the environment with the numbers of each scenario."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import yaml
+from matplotlib.image import imsave
+from page_parts import class_link, field_table, field_values, markdown, section, show, table, table_rows, write_pages
+
+from ftac_gym import baselines, scenarios
+from ftac_gym.envs import SpacecraftFTCEnv, observation, reward
+from ftac_gym.faults import FaultSchedule
+from ftac_gym.task.scenario import Scenario
+
+PICTURE_TIME = 8.0
+"""Time of the picture [s], during the slew."""
+
+
+def ids() -> dict[str, str]:
+    """Return the environment ids of the package with the names of their scenarios, in the order of registration."""
+    ours = {name: entry for name, entry in gym.registry.items() if str(entry.entry_point).startswith("ftac_gym.")}
+    return {name: entry.kwargs["default_scenario"] for name, entry in ours.items()}
+
+
+def draw_picture(environment_id: str, path: Path) -> None:
+    """Draw a spacecraft in flight under ``pd``."""
+    environment: Any = gym.make(environment_id, render_mode="rgb_array", width=960, height=540)
+    environment.unwrapped.policy_name = "pd"
+    policy = baselines.make("pd", environment.unwrapped.scenario).as_policy(environment)
+    sample, info = environment.reset(seed=0)
+    while info["time"] < PICTURE_TIME - 1e-9:
+        sample, _, _, _, info = environment.step(policy.predict(sample)[0])
+    path.parent.mkdir(parents=True, exist_ok=True)
+    imsave(path, np.asarray(environment.render()))
+    environment.close()
+
+
+def at_a_glance(scenario: Scenario) -> str:
+    """Return the main numbers of a scenario as a table."""
+    wheels, success, tumble = scenario.spacecraft.wheels, scenario.success, scenario.tumble_rate
+    modes = f", {scenario.spacecraft.modes} vibration modes" if scenario.spacecraft.modes else ""
+    sizes = [f"{observation.observation_layout(scenario, tier).size} (`{tier}`)" for tier in observation.TIERS]
+    early = "never terminated" if tumble is None else f"terminated above {tumble:.4g} rad/s"
+    cone, rate = np.degrees((success.angle, success.rate))
+    rows = [
+        ("scenario", f"`{scenario.name}`"),
+        ("spacecraft", f"{wheels.count} wheels of {show(wheels.torque_limits.tolist()[0])} N m{modes}"),
+        ("action", f"`Box(-1, 1, ({wheels.count},), float32)`"),
+        ("observation", f"`Box` of {', '.join(sizes)} numbers"),
+        ("control period", f"{scenario.control_period:.4g} s"),
+        ("physics step", f"{scenario.physics_step:.4g} s, RK4"),
+        ("episode", f"{scenario.duration:.4g} s, {scenario.horizon} steps; {early}"),
+        ("success", f"within {cone:.4g} deg and {rate:.4g} deg/s for the last {success.hold:.4g} s"),
+    ]
+    return table(("", ""), rows)
+
+
+def observation_table(scenario: Scenario) -> str:
+    """Return the slices of the observation in each tier as a table."""
+    meanings = {row[0]: row[-1] for row in table_rows(observation.observation_layout.__doc__ or "")}
+    layouts = {tier: observation.observation_layout(scenario, tier) for tier in observation.TIERS}
+    rows = []
+    for name, place in layouts["oracle"].slices.items():
+        found = [layout.slices.get(name) for layout in layouts.values()]
+        where = [f"{item.start}:{item.stop}" if item else "" for item in found]
+        bound = f"±{layouts['oracle'].high[place.start]:.4g}"
+        rows.append((f"`{name}`", str(place.stop - place.start), *where, bound, meanings[name]))
+    return table(("slice", "length", *layouts, "bound", "meaning"), rows)
+
+
+def part(value: Any, otherwise: str = "") -> str:
+    """Return the class of a part of a scenario with a table of its fields, or the text for a part that is missing."""
+    return otherwise if value is None else f"{class_link(value)}:\n\n{field_table(value)}"
+
+
+def fault_table(scenario: Scenario) -> str:
+    """Return the faults of a scenario, with their shares where they are drawn."""
+    drawn = scenario.faults
+    if drawn is None:
+        return "None."
+    if isinstance(drawn, FaultSchedule):
+        wheels = [getattr(fault, "wheel", None) for fault in drawn.faults]
+        firsts = ["sensors" if wheel is None else f"wheel {wheel}" for wheel in wheels]
+        text, head, faults = "The same in every episode.", "affects", drawn.faults
+    else:
+        shares = [f"{share:.0%} have {count}" for count, share in enumerate(drawn.fault_counts) if share > 0.0]
+        text, head, faults = f"Number of faults: of the episodes, {', '.join(shares)}.", "share", drawn.kinds
+        firsts = [f"{weight:.1%}" for weight in drawn.weights or ()]
+    rows = []
+    for first, fault in zip(firsts, faults, strict=True):
+        fields = [f"`{name}` {text}" for name, text in field_values(fault, changed=True).items() if name != "wheel"]
+        rows.append((first, class_link(fault), ", ".join(fields)))
+    note = "Times in [s], torques in [N m]; a range is drawn from uniformly."
+    return f"{text} {note}\n\n" + table((head, "kind", "magnitudes"), rows)
+
+
+def page(environment_id: str, name: str) -> str:
+    """Return the page of an environment id."""
+    scenario, builder = scenarios.get(name), inspect.getmodule(scenarios._BUILDERS[name])
+    spacecraft = scenario.spacecraft
+    head, *texts = re.split(r"^## (.*)\n", inspect.getdoc(SpacecraftFTCEnv) or "", flags=re.M)
+    arguments = [(f"`{argument}`", text) for argument, text in section(SpacecraftFTCEnv, "Parameters").items()]
+    terms = [
+        (f"`{row[0]}`", show(getattr(scenario.reward, row[0])), row[-1]) for row in table_rows(reward.__doc__ or "")
+    ]
+    tables = {
+        "Action space": field_table(spacecraft.wheels),
+        "Observation space": observation_table(scenario),
+        "Rewards": table(("term", "weight", "value in each step"), terms),
+        "Starting state": part(scenario.initial_state),
+        "Episode end": field_table(scenario.success),
+        "Arguments": table(("argument", "meaning"), arguments),
+    }
+    axes = f"The true wheel axes differ from the nominal ones by {show(scenario.misalignment)} (rows of D)."
+    facts = {
+        "Spacecraft": field_table(spacecraft, "wheels", "appendages"),
+        "Appendages": f"{part(spacecraft.appendages)}\n\n{part(scenario.appendage_uncertainty)}".strip(),
+        "Misalignment": axes if scenario.misalignment else "",
+        "Uncertainty": part(scenario.inertia_uncertainty, "The true inertia is the nominal one."),
+        "Reference": part(scenario.reference),
+        "Faults": f"{fault_table(scenario)}\n\nAll kinds: [wheels, sensors and faults](../../wheels_and_faults.md).",
+        "Disturbance": part(scenario.disturbance, "No external torque."),
+        "Sensors": part(scenario.sensors, "Measurements without errors."),
+        "Prescribed bound": part(scenario.prescribed_bound),
+    }
+    picture = f"```{{image}} {environment_id}.png\n:alt: {environment_id}, {PICTURE_TIME:g} s after the start\n```"
+    code = f'```python\nimport gymnasium as gym\nimport ftac_gym\n\nenv = gym.make("{environment_id}")\n```'
+    blocks = [
+        f"# {environment_id}",
+        markdown(inspect.getdoc(builder) or ""),
+        picture,
+        code,
+        at_a_glance(scenario),
+        head,
+    ]
+    for title, text in zip(texts[::2], texts[1::2], strict=True):
+        # A table stands for the sections of the docstring.
+        blocks += [f"## {title}", markdown(text.split("Parameters\n---")[0]), tables.get(title, "")]
+    for title, text in facts.items():
+        blocks += [f"## {title}", text] if text else []
+    return "\n\n".join(block.strip() for block in blocks if block.strip()) + "\n"
+
+
+def index(tasks: dict[str, str]) -> str:
+    """Return the table of all ids with the navigation to their pages, which ``environments/index.md`` includes."""
+    rows = []
+    for environment_id, name in ids().items():
+        scenario = scenarios.get(name)
+        numbers = (scenario.spacecraft.wheels.count, 1.0 / scenario.control_period, scenario.duration)
+        link = f"[`{environment_id}`](generated/{environment_id}.md)"
+        rows.append((link, tasks[environment_id], *(f"{number:.4g}" for number in numbers)))
+    pages = "\n".join(f"generated/{environment_id}" for environment_id in ids())
+    head = table(("id", "task", "wheels", "control [Hz]", "episode [s]"), rows)
+    return f"{head}\n\n```{{toctree}}\n:hidden:\n\n{pages}\n```\n"
+
+
+def write(source: Path) -> None:
+    """Write the pages and pictures of all ids below the folder of the documentation."""
+    folder = source / "environments"
+    tasks = yaml.safe_load((folder / "tasks.yml").read_text(encoding="utf-8"))
+    pages = {f"{environment_id}.md": page(environment_id, name) for environment_id, name in ids().items()}
+    write_pages(folder / "generated", {"table.inc": index(tasks), **pages})
+    for environment_id in ids():
+        draw_picture(environment_id, folder / "generated" / f"{environment_id}.png")
