@@ -1,4 +1,4 @@
-"""What laws with prescribed performance share: the bounds, each craft's start within them, the transformed error."""
+"""Bounds of prescribed performance: the check of the start, mirrored bounds, the transformed error."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from ftac_gym.utils.parameters import FloatArray, fields_named, require
 
 
 class PrescribedError:
-    """The transformed attitude error of N craft, each of which must start within its bounds.
+    """The transformed attitude error of N spacecraft, each of which must start within its bounds.
 
     Parameters
     ----------
     scenario
         The task; its ``prescribed_bound`` is the default.
     memory
-        Where it is kept which craft has started, and which bounds are mirrored.
+        Store of the spacecraft that have started and of the mirrored bounds.
     changes
         Fields of the bound that differ from the task's, or, if that has none, from
         :class:`~ftac_gym.task.prescribed_bound.PrescribedBound`'s own.
     mirror
-        Whether a craft's bounds are exchanged, axis by axis, where its start has the sign of the narrower side. Metrics
-        know nothing of it: they are to be asked with a scenario whose bound is ``bound.mirrored(axes)``.
+        Whether the bounds of a spacecraft are exchanged, axis by axis, where its start has the sign of the narrower
+        side. Metrics take the bound of the scenario: give them one whose bound is ``bound.mirrored(axes)``.
     margin
         See :class:`~ftac_gym.baselines.components.error_transformation.ErrorTransformation`.
 
@@ -57,12 +57,12 @@ class PrescribedError:
         memory.add("mirrored", (3,), initial=False)
 
     def peek(self, error: FloatArray, time: FloatArray) -> tuple[Transformed, FloatArray]:
-        """Return the transformed errors of MRPs (N, 3) at times (N,) [s], and where bounds are mirrored (N, 3).
+        """Return the transformed errors of MRPs (N, 3) at times (N,) [s], and the mask of mirrored bounds (N, 3).
 
         Raises
         ------
         ValueError
-            If a craft that acts for the first time is outside its bounds.
+            If a spacecraft that acts for the first time is outside its bounds.
         """
         fresh, mirrored = ~self._memory["within_bounds"], self._memory["mirrored"]
         if fresh.any():
@@ -78,7 +78,7 @@ class PrescribedError:
         return self._transformation(error, time, mirrored if self._mirror else None), mirrored
 
     def update(self, error: FloatArray, time: FloatArray) -> Transformed:
-        """Do the same, and remember that the craft have started."""
+        """Return the transformed errors and record that the spacecraft have started."""
         transformed, mirrored = self.peek(error, time)
         if not self._memory["within_bounds"].all():
             self._memory["within_bounds"] = np.ones_like(self._memory["within_bounds"])
@@ -87,9 +87,9 @@ class PrescribedError:
 
 
 def _check_start(
-    error: FloatArray, low: FloatArray, high: FloatArray, time: FloatArray, craft: npt.NDArray[np.intp]
+    error: FloatArray, low: FloatArray, high: FloatArray, time: FloatArray, spacecraft: npt.NDArray[np.intp]
 ) -> None:
-    """Raise a ValueError if an MRP (n, 3) is not between its bounds: which axis, by how much, and what would help."""
+    """Raise a ValueError with axis, excess and remedy if an MRP (n, 3) is not between its bounds."""
     require(bool(np.isfinite(error).all()), "attitude", "must be finite", error.tolist())
     excess = np.maximum(low - error, error - high)
     if (excess < 0.0).all():
@@ -101,7 +101,7 @@ def _check_start(
     if not ((-highest < value) & (value < -lowest))[axes].all():
         remedy = "mirrored bounds would not hold it either: bound.initial must be larger"
     raise ValueError(
-        f"attitude of craft {craft[row]}, which starts at {time[row]:.6g} s, must be within its prescribed bound, "
-        f"({lowest[axis]:.6g}, {highest[axis]:.6g}) for MRP axis {axis}, got {value[axis]:.6g}, outside by "
-        f"{excess[row, axis]:.3g}; {remedy}"
+        f"attitude of spacecraft {spacecraft[row]}, which starts at {time[row]:.6g} s, must be within its "
+        f"prescribed bound, ({lowest[axis]:.6g}, {highest[axis]:.6g}) for MRP axis {axis}, got {value[axis]:.6g}, "
+        f"outside by {excess[row, axis]:.3g}; {remedy}"
     )

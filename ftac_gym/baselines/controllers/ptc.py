@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar, NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 from ftac_gym.attitude import (
     angular_velocity_from_mrp,
@@ -14,11 +14,44 @@ from ftac_gym.attitude import (
 from ftac_gym.baselines.components.allocation import limit_each
 from ftac_gym.baselines.components.predefined_time_gain import PredefinedTime, PredefinedTimeSliding
 from ftac_gym.baselines.components.reaching import switching
-from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantController
-from ftac_gym.baselines.gains import Range, SearchSpace
+from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantController, FaultTolerantGains
+from ftac_gym.baselines.gains import Range, gain
+from ftac_gym.baselines.rules import Choice, Interval
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, require
+from ftac_gym.utils.parameters import FloatArray, non_negative, positive
+
+
+@dataclass(frozen=True)
+class PTCGains(FaultTolerantGains):
+    """Gains of :class:`PTC`."""
+
+    position_exponent: float = gain(0.25, "h1", "", Interval(0.0, 1.0))
+    rate_exponent: float = gain(0.3, "h2", "", Interval(0.0, 1.0), Range(0.05, 0.5))
+    position_time: float = gain(10.0, "T1", "s", positive, Range(1.0, 100.0, log=True))
+    rate_time: float = gain(10.0, "T2", "s", positive, Range(1.0, 100.0, log=True))
+    position_regularisation: float = gain(
+        0.0, "Added to V_a in the negative powers. Zero as printed", "", non_negative, Range(1e-12, 1e-2, log=True)
+    )
+    rate_regularisation: float = gain(
+        0.0, "Added to V_b in the negative powers. Zero as printed", "", non_negative, Range(1e-12, 1e-2, log=True)
+    )
+    switching_gain: float = gain(
+        5.0, "k_s. In 1/s^2 where it is an acceleration, with values of about 0.1", "N m", non_negative,
+        Range(1e-4, 10.0, log=True),
+    )  # fmt: skip
+    switching_form: str = gain(
+        "torque", "Meaning of the sign term, printed as a torque", rule=Choice(("torque", "acceleration"))
+    )
+    layer: float = gain(
+        0.0, "Boundary layer of the sign. Zero takes the sign, as printed", "1/s", non_negative,
+        Range(1e-4, 0.5, log=True),
+    )  # fmt: skip
+    smallest_effectiveness: float = FaultTolerantGains.changed(
+        "smallest_effectiveness",
+        meaning="Lower bound of the estimated effectiveness in (D E^)^+. With the printed 1e-4 a wrong estimate "
+        "multiplies the torque by ten thousand",
+    )
 
 
 class _State(NamedTuple):
@@ -46,80 +79,21 @@ class PTC(FaultTolerantController):
     T1 (1 - exp(-V_a^h1)) more. T1 + T2 bounds that time as long as the wheels do not saturate.
 
     The sign term is printed as k_s sgn(s), a torque, which need not oppose s: s'G J^-1 sgn(s) is negative for some s.
-    ``switching_form="acceleration"`` takes k_s J G^-1 sgn(s), which does; there k_s counts in 1/s^2.
+    ``switching_form="acceleration"`` takes k_s J G^-1 sgn(s), which does; k_s is then in 1/s^2.
 
-    h1 = 0.5, as in Table 1, asks for full speed on arrival: xi' is infinite at z1 = 0. The torque on s = 0 is bounded
+    h1 = 0.5, as in Table 1, demands full speed on arrival: xi' is infinite at z1 = 0. The torque on s = 0 is bounded
     for h1 <= 0.25.
-
-    Parameters
-    ----------
-    scenario, num_spacecraft
-        As for every baseline.
-    faults, observer
-        Where the estimates of the faults come from.
-    position_exponent, rate_exponent
-        h1, h2.
-    position_time, rate_time
-        T1, T2 [s].
-    position_regularisation, rate_regularisation
-        Added to V_a and V_b in the negative powers; zero for the law itself.
-    switching_gain
-        k_s [N m], or [1/s^2] with ``switching_form="acceleration"``, where some 0.1 will do.
-    switching_form
-        ``"torque"`` (printed) or ``"acceleration"``.
-    layer
-        Boundary layer of the sign [1/s]; zero takes the sign, as printed.
-    smallest_effectiveness
-        An effectiveness believed smaller counts as this in (D E^)^+; 1e-4 is printed, and lets an observer that is
-        wrong multiply the torque by ten thousand.
-
-    Raises
-    ------
-    ValueError
-        If a gain breaks a rule.
     """
 
-    search_space: ClassVar[SearchSpace] = {
-        "position_time": Range(1.0, 100.0, log=True),
-        "rate_time": Range(1.0, 100.0, log=True),
-        "rate_exponent": Range(0.05, 0.5),
-        "position_regularisation": Range(1e-12, 1e-2, log=True),
-        "rate_regularisation": Range(1e-12, 1e-2, log=True),
-        "switching_gain": Range(1e-4, 10.0, log=True),
-        "layer": Range(1e-4, 0.5, log=True),
-    }
+    gains = PTCGains()
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        num_spacecraft: int = 1,
-        faults: str = "none",
-        observer: Mapping[str, Any] | None = None,
-        position_exponent: float = 0.25,
-        rate_exponent: float = 0.3,
-        position_time: float = 10.0,
-        rate_time: float = 10.0,
-        position_regularisation: float = 0.0,
-        rate_regularisation: float = 0.0,
-        switching_gain: float = 5.0,
-        switching_form: str = "torque",
-        layer: float = 0.0,
-        smallest_effectiveness: float = 0.05,
-    ) -> None:
-        super().__init__(
-            scenario, num_spacecraft, faults=faults, observer=observer, smallest_effectiveness=smallest_effectiveness
-        )
-        with fields_named("position_"):
-            position = PredefinedTime(position_exponent, position_time, position_regularisation)
-        with fields_named("rate_"):
-            rate = PredefinedTime(rate_exponent, rate_time, rate_regularisation)
+    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
+        super().__init__(scenario, num_spacecraft, **gains)
+        own = self.gains
+        position = PredefinedTime(own.position_exponent, own.position_time, own.position_regularisation)
+        rate = PredefinedTime(own.rate_exponent, own.rate_time, own.rate_regularisation)
         self._sliding = PredefinedTimeSliding(position, rate)
-        self._switching_gain = non_negative(switching_gain, "switching_gain")
-        known = ("torque", "acceleration")
-        require(switching_form in known, "switching_form", f"must be one of {list(known)}", switching_form)
-        self._as_torque = switching_form == "torque"
-        self._layer = non_negative(layer, "layer")
-        self._moving = scenario.reference.moving
+        self._as_torque = own.switching_form == "torque"
 
     def _state(self, measurement: Measurement) -> _State:
         sigma, rate = mrp_from_quaternion(measurement.attitude), measurement.rate
@@ -140,15 +114,15 @@ class PTC(FaultTolerantController):
         """Return the wheel torques to command, (N, wheels) [N m]."""
         rate = measurement.rate
         sigma, sigma_rate, error, error_rate, target, target_rate = self._state(measurement)
-        variable, wanted = self._sliding.demand(error, error_rate, mrp_curvature(sigma, sigma_rate, rate))
+        variable, demand = self._sliding.demand(error, error_rate, mrp_curvature(sigma, sigma_rate, rate))
         if target_rate is not None:
-            wanted -= mrp_curvature(target, target_rate, measurement.reference_rate)
-            wanted -= mrp_derivative(target, measurement.reference_acceleration)
-        switched = self._switching_gain * switching(variable, self._layer)
+            demand -= mrp_curvature(target, target_rate, measurement.reference_rate)
+            demand -= mrp_derivative(target, measurement.reference_acceleration)
+        switched = self.gains.switching_gain * switching(variable, self.gains.layer)
         if not self._as_torque:
-            wanted = wanted + switched
+            demand = demand + switched
         gyroscopic = self._gyroscopic.torque(rate, measurement.wheel_momentum)
-        torque = gyroscopic - angular_velocity_from_mrp(sigma, wanted) @ self._inertia
+        torque = gyroscopic - angular_velocity_from_mrp(sigma, demand) @ self._inertia
         if self._as_torque:
             torque = torque - switched
         return limit_each(self._to_wheels(torque, self._faults.update(measurement)), self._torque_limits)

@@ -1,77 +1,73 @@
-"""What the two controllers of Zhang and Zhou 2019 share."""
+"""Base of the two controllers of Zhang and Zhou 2019."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from ftac_gym.baselines.components.allocation import limit_each
 from ftac_gym.baselines.components.anti_saturation import AntiSaturation
 from ftac_gym.baselines.components.radial_basis import RadialBasisNetwork
 from ftac_gym.baselines.components.reaching import ExponentialReaching
-from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantController
+from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantController, FaultTolerantGains
 from ftac_gym.baselines.estimate import FaultEstimate
+from ftac_gym.baselines.gains import Range, fixed, gain
+from ftac_gym.baselines.rules import Interval, mapping
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative
 
 
+@dataclass(frozen=True)
+class ZhangZhouGains(FaultTolerantGains):
+    """Gains of :class:`ZhangZhou`."""
+
+    smallest_effectiveness: float = fixed(0.05)
+    linear: float = gain(0.6, "Linear part of the surface", "rad/s", non_negative, Range(0.01, 1.0, log=True))
+    terminal: float = gain(0.6, "Terminal part of the surface", "rad/s", non_negative, Range(0.01, 1.0, log=True))
+    exponent: float = gain(5.0 / 7.0, "Exponent of the terminal part", "", Interval(0.0, 1.0))
+    reaching_linear: float = gain(1.5, "e1 or e3", "1/s", non_negative, Range(0.1, 6.0, log=True))
+    reaching_switching: float = gain(1.5, "e2 or e4", "rad/s^2", non_negative, Range(1e-4, 2.0, log=True))
+    reaching_floor: float = gain(0.5, "d0 of the denominator N", "", Interval(0.0, 1.0))
+    reaching_steepness: float = gain(5.0, "alpha of N", "", non_negative)
+    reaching_power: int = gain(1, "P0 of N, a positive integer")
+    layer: float = gain(
+        0.05, "Boundary layer of every sign. Zero takes the sign, as printed", "rad/s", non_negative,
+        Range(1e-4, 0.5, log=True),
+    )  # fmt: skip
+    network_gain: float = gain(
+        1.0, "mu3 or theta2, learning gain of the network. Zero switches it off", "", non_negative,
+        Range(1e-3, 10.0, log=True),
+    )  # fmt: skip
+    anti_saturation: Mapping[str, Any] | None = gain(
+        None,
+        "Gains of :class:`~ftac_gym.baselines.components.anti_saturation.AntiSaturation`. None leaves it out, since "
+        "its only effect is a dependence on the integrator's step",
+        rule=mapping,
+    )
+
+
 class ZhangZhou(FaultTolerantController):
-    """Reaching law, network, anti-saturation system and allocation; the surface and the rest are the law's own.
+    """Reaching law, network, anti-saturation system and allocation; a subclass has the surface and the other terms."""
 
-    Parameters
-    ----------
-    scenario, num_spacecraft
-        As for every baseline.
-    faults, observer
-        See :class:`~ftac_gym.baselines.controllers.fault_tolerant.FaultTolerantController`.
-    reaching_linear, reaching_switching
-        e1 (or e3) [1/s] and e2 (or e4) [rad/s^2] of the exponential reaching law.
-    reaching_floor, reaching_steepness, reaching_power
-        d0, alpha and P0 of its denominator N.
-    layer
-        Boundary layer of every sign [rad/s]; zero takes the sign, as printed.
-    network_gain
-        mu3 (or theta2), learning gain of the network; zero switches it off.
-    anti_saturation
-        Gains of :class:`~..components.anti_saturation.AntiSaturation`; None leaves it out, since all it adds is
-        a dependence on the integrator's step.
-
-    Raises
-    ------
-    ValueError
-        If a gain breaks a rule.
-    """
-
+    gains = ZhangZhouGains()
     allocation_power: ClassVar[float] = 2.0
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        num_spacecraft: int,
-        faults: str,
-        observer: Mapping[str, Any] | None,
-        reaching_linear: float,
-        reaching_switching: float,
-        reaching_floor: float,
-        reaching_steepness: float,
-        reaching_power: int,
-        layer: float,
-        network_gain: float,
-        anti_saturation: Mapping[str, Any] | None,
-    ) -> None:
-        super().__init__(scenario, num_spacecraft, faults=faults, observer=observer)
-        self._layer = non_negative(layer, "layer")
+    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
+        super().__init__(scenario, num_spacecraft, **gains)
+        own = self.gains
         with fields_named("reaching_"):
             self._reaching = ExponentialReaching(
-                reaching_linear, reaching_switching, reaching_floor, reaching_steepness, reaching_power, layer
-            )
-        self._network = RadialBasisNetwork(self.memory, network_gain, self._inverse_inertia, self._period)
+                own.reaching_linear, own.reaching_switching, own.reaching_floor, own.reaching_steepness,
+                own.reaching_power, own.layer,
+            )  # fmt: skip
+        self._network = RadialBasisNetwork(self.memory, own.network_gain, self._inverse_inertia, self._period)
         self._auxiliary = None
-        if anti_saturation is not None:
+        if own.anti_saturation is not None:
             to_acceleration = self._inverse_inertia @ self._axes_transposed.T
             with fields_named("anti_saturation."):
-                self._auxiliary = AntiSaturation(self.memory, self._period, to_acceleration, **anti_saturation)
+                self._auxiliary = AntiSaturation(self.memory, self._period, to_acceleration, **own.anti_saturation)
 
     def _command(self, measurement: Measurement, variable: FloatArray, acceleration: FloatArray) -> FloatArray:
         """Return limited wheel torques (N, m) [N m].
@@ -83,7 +79,7 @@ class ZhangZhou(FaultTolerantController):
         variable
             s (N, 3) [rad/s].
         acceleration
-            All that the law asks for but the gyroscopic torque, faults, network and auxiliary system, (N, 3) [rad/s^2].
+            All terms of the law except gyroscopic torque, faults, network and auxiliary system, (N, 3) [rad/s^2].
         """
         estimate: FaultEstimate | None = self._faults.update(measurement)
         if self._auxiliary is not None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar, NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,11 +16,42 @@ from ftac_gym.attitude import (
 from ftac_gym.baselines.components.adaptation import LeakyAdaptation
 from ftac_gym.baselines.components.reaching import switching
 from ftac_gym.baselines.components.surfaces import NonsingularTerminalSurface
-from ftac_gym.baselines.controllers.zhang_zhou import ZhangZhou
-from ftac_gym.baselines.gains import Range, SearchSpace
+from ftac_gym.baselines.controllers.zhang_zhou import ZhangZhou, ZhangZhouGains
+from ftac_gym.baselines.gains import Range, gain
+from ftac_gym.baselines.rules import flag
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import FloatArray, fields_named, finite, non_negative, positive, require
+from ftac_gym.utils.parameters import FloatArray, finite, non_negative, positive, require
+
+
+@dataclass(frozen=True)
+class ZhangZhouTrackingGains(ZhangZhouGains):
+    """Gains of :class:`ZhangZhouTracking`; the paper prints k1, k2 and those of the reaching law."""
+
+    virtual_gain: float = gain(0.6, "c", "1/s", positive, Range(0.01, 1.0, log=True))
+    linear: float = ZhangZhouGains.changed("linear", meaning="k1")
+    terminal: float = ZhangZhouGains.changed("terminal", meaning="k2")
+    exponent: float = ZhangZhouGains.changed("exponent", meaning="r of S")
+    bound: float = gain(0.05, "mu of S", "", positive)
+    feed_forward: bool = gain(
+        False,
+        "Whether k2 S'(z1) z1', which is known, is subtracted. Otherwise Omega dominates it, as printed",
+        rule=flag,
+    )
+    bound_gain: float = gain(0.01, "theta1", "", non_negative)
+    coupling_gain: float = gain(0.01, "theta3", "", non_negative)
+    coupling_high: float = gain(0.02, "delta_m, above delta_n", "", finite)
+    coupling_low: float = gain(0.01, "delta_n", "", positive)
+    initial_eta: float = gain(1.0, "eta(0), at least eta_min", "", finite)
+    smallest_eta: float = gain(1e-3, "eta_min", "", positive)
+
+    def __post_init__(self) -> None:
+        """Check the fields."""
+        super().__post_init__()
+        rule = f"must exceed coupling_low = {self.coupling_low!r} > 0"
+        require(self.coupling_high > self.coupling_low, "coupling_high", rule, self.coupling_high)
+        rule = f"must be at least {self.smallest_eta!r}"
+        require(self.initial_eta >= self.smallest_eta, "initial_eta", rule, self.initial_eta)
 
 
 class _State(NamedTuple):
@@ -47,116 +78,36 @@ class ZhangZhouTracking(ZhangZhou):
         Omega' = theta1 |s|,  W' : theta2
         eta'   = (theta3 / eta) (eta |s|^2 - delta_m) / (|s|^2 + delta_n) |z1' G z2|,  eta >= eta_min
 
-    w_d' = G^-1 [sigma_d'' - c z1' - G' w_d] is exact: neither a differentiator nor the acceleration is needed, since
-    sigma' = G w is known. The print lets eta reach zero in finite time, where its derivative is infinite: it is held
-    above ``smallest_eta``. Omega can only grow. Omega, eta and the network take one Euler step per call. z1 is the
-    difference of MRPs, not the rotation between them, and jumps where sigma changes to its shadow.
-
-    Parameters
-    ----------
-    scenario, num_spacecraft
-        As for every baseline.
-    faults, observer
-        Where the estimates of the faults come from.
-    virtual_gain
-        c [1/s]; not printed.
-    linear, terminal
-        k1, k2 [rad/s].
-    exponent, bound
-        r and mu of S; not printed.
-    feed_forward
-        Whether the law takes away k2 S'(z1) z1', which it knows, instead of leaving it to Omega, as printed.
-    bound_gain, network_gain, coupling_gain
-        theta1, theta2, theta3; not printed.
-    coupling_high, coupling_low
-        delta_m > delta_n > 0; not printed.
-    initial_eta, smallest_eta
-        eta(0) and eta_min; not printed.
-    reaching_linear, reaching_switching, reaching_floor, reaching_steepness, reaching_power, layer, anti_saturation
-        See :class:`~ftac_gym.baselines.controllers.zhang_zhou.ZhangZhou`.
-
-    Raises
-    ------
-    ValueError
-        If a gain breaks a rule.
+    w_d' = G^-1 [sigma_d'' - c z1' - G' w_d] is exact: sigma' = G w is known, so that neither a differentiator nor the
+    acceleration is needed. The print lets eta reach zero in finite time, where its derivative is infinite: it is held
+    above ``smallest_eta``. Omega can only grow. Omega, eta and the network take one Euler step per call. The error z1
+    is the difference of MRPs, not the rotation between them, and jumps where sigma changes to its shadow.
     """
 
-    search_space: ClassVar[SearchSpace] = {
-        "virtual_gain": Range(0.01, 1.0, log=True),
-        "linear": Range(0.01, 1.0, log=True),
-        "terminal": Range(0.01, 1.0, log=True),
-        "reaching_linear": Range(0.1, 6.0, log=True),
-        "reaching_switching": Range(1e-4, 2.0, log=True),
-        "layer": Range(1e-4, 0.5, log=True),
-        "network_gain": Range(1e-3, 10.0, log=True),
-    }
+    gains = ZhangZhouTrackingGains()
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        num_spacecraft: int = 1,
-        faults: str = "none",
-        observer: Mapping[str, Any] | None = None,
-        virtual_gain: float = 0.6,
-        linear: float = 0.6,
-        terminal: float = 0.6,
-        exponent: float = 5.0 / 7.0,
-        bound: float = 0.05,
-        feed_forward: bool = False,
-        bound_gain: float = 0.01,
-        network_gain: float = 1.0,
-        coupling_gain: float = 0.01,
-        coupling_high: float = 0.02,
-        coupling_low: float = 0.01,
-        initial_eta: float = 1.0,
-        smallest_eta: float = 1e-3,
-        reaching_linear: float = 1.5,
-        reaching_switching: float = 1.5,
-        reaching_floor: float = 0.5,
-        reaching_steepness: float = 5.0,
-        reaching_power: int = 1,
-        layer: float = 0.05,
-        anti_saturation: Mapping[str, Any] | None = None,
-    ) -> None:
-        super().__init__(
-            scenario, num_spacecraft, faults, observer, reaching_linear, reaching_switching, reaching_floor,
-            reaching_steepness, reaching_power, layer, network_gain, anti_saturation,
-        )  # fmt: skip
-        self._virtual_gain = positive(virtual_gain, "virtual_gain")
-        self._surface = NonsingularTerminalSurface(linear, terminal, exponent, bound)
-        self._linear = linear
-        self._feed_forward = bool(feed_forward)
-        with fields_named(gain="bound_gain"):
-            self._bound = LeakyAdaptation(self.memory, "bound", 1, bound_gain, 0.0, self._period)
-        self._coupling_gain = non_negative(coupling_gain, "coupling_gain") * self._period
-        rule = f"must exceed coupling_low = {coupling_low!r} > 0"
-        above = finite(coupling_high, "coupling_high") > positive(coupling_low, "coupling_low")
-        require(above, "coupling_high", rule, coupling_high)
-        self._high, self._low = coupling_high, coupling_low
-        self._smallest_eta = positive(smallest_eta, "smallest_eta")
-        require(
-            finite(initial_eta, "initial_eta") >= smallest_eta,
-            "initial_eta",
-            f"must be at least {smallest_eta!r}",
-            initial_eta,
-        )
-        self._moving = scenario.reference.moving
-        self.memory.add("eta", (1,), initial=initial_eta)
+    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
+        super().__init__(scenario, num_spacecraft, **gains)
+        own = self.gains
+        self._surface = NonsingularTerminalSurface(own.linear, own.terminal, own.exponent, own.bound)
+        self._bound = LeakyAdaptation(self.memory, "bound", 1, own.bound_gain, 0.0, self._period)
+        self._coupling_gain = own.coupling_gain * self._period
+        self.memory.add("eta", (1,), initial=own.initial_eta)
 
     def _state(self, measurement: Measurement) -> _State:
-        rate, gain = measurement.rate, self._virtual_gain
+        rate, gain = measurement.rate, self.gains.virtual_gain
         sigma, target = mrp_from_quaternion(measurement.attitude), mrp_from_quaternion(measurement.reference_attitude)
         error, sigma_rate = sigma - target, mrp_derivative(sigma, rate)
         if self._moving:
             target_rate = mrp_derivative(target, measurement.reference_rate)
-            error_rate, wanted = sigma_rate - target_rate, target_rate - gain * error
+            error_rate, reference = sigma_rate - target_rate, target_rate - gain * error
             bent = mrp_curvature(target, target_rate, measurement.reference_rate)
-            wanted_change = bent + mrp_derivative(target, measurement.reference_acceleration) - gain * error_rate
+            reference_change = bent + mrp_derivative(target, measurement.reference_acceleration) - gain * error_rate
         else:
-            error_rate, wanted = sigma_rate, -gain * error
-            wanted_change = -gain * error_rate
-        virtual = angular_velocity_from_mrp(sigma, wanted)
-        change = angular_velocity_from_mrp(sigma, wanted_change - mrp_curvature(sigma, sigma_rate, virtual))
+            error_rate, reference = sigma_rate, -gain * error
+            reference_change = -gain * error_rate
+        virtual = angular_velocity_from_mrp(sigma, reference)
+        change = angular_velocity_from_mrp(sigma, reference_change - mrp_curvature(sigma, sigma_rate, virtual))
         term, slope = self._surface(error)
         return _State(error, error_rate, change, rate - virtual + term, slope)
 
@@ -169,19 +120,19 @@ class ZhangZhouTracking(ZhangZhou):
         memory = self.memory
         error, error_rate, change, variable, slope = self._state(measurement)
         # z1' + c z1 = G z2
-        coupling = np.abs(np.einsum("ni,ni->n", error, error_rate + self._virtual_gain * error))[:, None]
+        coupling = np.abs(np.einsum("ni,ni->n", error, error_rate + self.gains.virtual_gain * error))[:, None]
         square = np.einsum("ni,ni->n", variable, variable)[:, None]
         eta = memory["eta"]
-        share = coupling / (square + self._low)
-        known = (slope if self._feed_forward else self._linear) * error_rate
+        share = coupling / (square + self.gains.coupling_low)
+        known = (slope if self.gains.feed_forward else self.gains.linear) * error_rate
         acceleration = (
             self._reaching(variable)
             + change
             - known
             - ((1.0 + eta) * share) * variable
-            - self._bound.value * switching(variable, self._layer)
+            - self._bound.value * switching(variable, self.gains.layer)
         )
         self._bound.update(np.sqrt(square))
-        eta = eta + self._coupling_gain / eta * (eta * square - self._high) * share
-        memory["eta"] = np.maximum(eta, self._smallest_eta)
+        eta = eta + self._coupling_gain / eta * (eta * square - self.gains.coupling_high) * share
+        memory["eta"] = np.maximum(eta, self.gains.smallest_eta)
         return self._command(measurement, variable, acceleration)

@@ -277,7 +277,7 @@ PAPERS = (-0.3, -0.4, 0.2)
 def test_a_start_outside_is_refused(name, method):
     law = baselines.make(name, CHEN, 2, bound=TIGHT)
     pattern = (
-        r"attitude of craft 1, which starts at 0 s, must be within its prescribed bound, "
+        r"attitude of spacecraft 1, which starts at 0 s, must be within its prescribed bound, "
         r"\(-0\.4, 0\.1\) for MRP axis 0, got 0\.3, outside by 0\.2; mirror=True, or "
         r"bound\.lower and bound\.upper exchanged on axes \[0, 2\], would hold this"
     )
