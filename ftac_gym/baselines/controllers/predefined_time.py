@@ -9,7 +9,7 @@ from ftac_gym.attitude import angular_velocity_from_mrp, mrp_curvature, mrp_deri
 from ftac_gym.baselines.components.predefined_time_gain import PredefinedTime, PredefinedTimeSliding
 from ftac_gym.baselines.components.reaching import switching
 from ftac_gym.baselines.controllers.relative import RelativeController, RelativeGains
-from ftac_gym.baselines.gains import Range, Share, gain
+from ftac_gym.baselines.gains import Range, Share, parameter
 from ftac_gym.baselines.rules import Interval
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
@@ -20,17 +20,17 @@ from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, po
 class PredefinedTimeGains(RelativeGains):
     """Gains of :class:`PredefinedTimeController`."""
 
-    position_exponent: float = gain(0.25, "h1", "", Interval(0.0, 1.0), Range(0.05, 0.35))
-    rate_exponent: float = gain(0.2, "h2", "", Interval(0.0, 1.0), Range(0.05, 0.5))
-    position_time: float = gain(30.0, "T1", "s", positive, Range(5.0, 100.0, log=True))
-    rate_time: float = gain(5.0, "T2", "s", positive, Range(0.5, 50.0, log=True))
-    position_gain: float = gain(
+    position_exponent: float = parameter(0.25, "h1", "", Interval(0.0, 1.0), Range(0.05, 0.35))
+    rate_exponent: float = parameter(0.2, "h2", "", Interval(0.0, 1.0), Range(0.05, 0.5))
+    position_time: float = parameter(30.0, "T1", "s", positive, Range(5.0, 100.0, log=True))
+    rate_time: float = parameter(5.0, "T2", "s", positive, Range(0.5, 50.0, log=True))
+    position_gain: float = parameter(
         1.0, "f_a at zero", "1/s", positive, Range(0.1, 0.8), share=Share("position_share", of="rate_gain")
     )
-    rate_gain: float = gain(
+    rate_gain: float = parameter(
         4.0, "f_b at zero, above f_a and well below two over the control period", "1/s", positive, Range(0.5, 8.0)
     )
-    switching_gain: float = gain(
+    switching_gain: float = parameter(
         1e-4, "a. Zero leaves the switching term out", "1/s^2", non_negative, Range(1e-6, 1e-2, log=True)
     )
 

@@ -10,7 +10,7 @@ from ftac_gym.baselines.components.error_transformation import Transformed
 from ftac_gym.baselines.components.reaching import PowerReaching
 from ftac_gym.baselines.controllers.prescribed import PrescribedError
 from ftac_gym.baselines.controllers.relative import RelativeController, RelativeGains
-from ftac_gym.baselines.gains import Range, gain
+from ftac_gym.baselines.gains import Range, parameter
 from ftac_gym.baselines.rules import Interval
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.prescribed_bound import PrescribedBound
@@ -22,11 +22,11 @@ from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 class PrescribedPerformanceGains(RelativeGains):
     """Gains of :class:`PrescribedPerformance`."""
 
-    attitude_gain: float = gain(0.05, "k1", "1/s", positive, Range(0.01, 2.0, log=True))
-    rate_gain: float = gain(2.0, "k2", "1/s", non_negative, Range(0.3, 8.0, log=True))
-    rate_power_gain: float = gain(1e-3, "tau2", "", non_negative, Range(1e-4, 0.1, log=True))
-    power: float = gain(0.3, "g", "", Interval(0.0, 1.0))
-    bound: Mapping[str, Any] | None = gain(
+    attitude_gain: float = parameter(0.05, "k1", "1/s", positive, Range(0.01, 2.0, log=True))
+    rate_gain: float = parameter(2.0, "k2", "1/s", non_negative, Range(0.3, 8.0, log=True))
+    rate_power_gain: float = parameter(1e-3, "tau2", "", non_negative, Range(1e-4, 0.1, log=True))
+    power: float = parameter(0.3, "g", "", Interval(0.0, 1.0))
+    bound: Mapping[str, Any] | None = parameter(
         None,
         "Fields of the :class:`~ftac_gym.task.prescribed_bound.PrescribedBound` that differ from the scenario's",
         search={
@@ -35,8 +35,8 @@ class PrescribedPerformanceGains(RelativeGains):
             "decay": Range(0.01, 0.5, log=True),
         },
     )
-    mirror: bool = gain(False, "See :class:`~ftac_gym.baselines.controllers.prescribed.PrescribedError`")
-    margin: float = gain(
+    mirror: bool = parameter(False, "See :class:`~ftac_gym.baselines.controllers.prescribed.PrescribedError`")
+    margin: float = parameter(
         0.05, "See :class:`~ftac_gym.baselines.controllers.prescribed.PrescribedError`", "", None,
         Range(1e-4, 0.3, log=True),
     )  # fmt: skip

@@ -15,7 +15,7 @@ from ftac_gym.baselines.components.allocation import limit_each
 from ftac_gym.baselines.components.predefined_time_gain import PredefinedTime, PredefinedTimeSliding
 from ftac_gym.baselines.components.reaching import switching
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantController, FaultTolerantGains
-from ftac_gym.baselines.gains import Range, gain
+from ftac_gym.baselines.gains import Range, changed, parameter
 from ftac_gym.baselines.rules import Choice, Interval
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
@@ -26,28 +26,29 @@ from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 class PTCGains(FaultTolerantGains):
     """Gains of :class:`PTC`."""
 
-    position_exponent: float = gain(0.25, "h1", "", Interval(0.0, 1.0))
-    rate_exponent: float = gain(0.3, "h2", "", Interval(0.0, 1.0), Range(0.05, 0.5))
-    position_time: float = gain(10.0, "T1", "s", positive, Range(1.0, 100.0, log=True))
-    rate_time: float = gain(10.0, "T2", "s", positive, Range(1.0, 100.0, log=True))
-    position_regularisation: float = gain(
+    position_exponent: float = parameter(0.25, "h1", "", Interval(0.0, 1.0))
+    rate_exponent: float = parameter(0.3, "h2", "", Interval(0.0, 1.0), Range(0.05, 0.5))
+    position_time: float = parameter(10.0, "T1", "s", positive, Range(1.0, 100.0, log=True))
+    rate_time: float = parameter(10.0, "T2", "s", positive, Range(1.0, 100.0, log=True))
+    position_regularisation: float = parameter(
         0.0, "Added to V_a in the negative powers. Zero as printed", "", non_negative, Range(1e-12, 1e-2, log=True)
     )
-    rate_regularisation: float = gain(
+    rate_regularisation: float = parameter(
         0.0, "Added to V_b in the negative powers. Zero as printed", "", non_negative, Range(1e-12, 1e-2, log=True)
     )
-    switching_gain: float = gain(
+    switching_gain: float = parameter(
         5.0, "k_s. In 1/s^2 where it is an acceleration, with values of about 0.1", "N m", non_negative,
         Range(1e-4, 10.0, log=True),
     )  # fmt: skip
-    switching_form: str = gain(
+    switching_form: str = parameter(
         "torque", "Meaning of the sign term, printed as a torque", rule=Choice(("torque", "acceleration"))
     )
-    layer: float = gain(
+    layer: float = parameter(
         0.0, "Boundary layer of the sign. Zero takes the sign, as printed", "1/s", non_negative,
         Range(1e-4, 0.5, log=True),
     )  # fmt: skip
-    smallest_effectiveness: float = FaultTolerantGains.changed(
+    smallest_effectiveness: float = changed(
+        FaultTolerantGains,
         "smallest_effectiveness",
         meaning="Lower bound of the estimated effectiveness in (D E^)^+. With the printed 1e-4 a wrong estimate "
         "multiplies the torque by ten thousand",

@@ -12,8 +12,7 @@ from ftac_gym.baselines.components.adaptation import LeakyAdaptation
 from ftac_gym.baselines.components.allocation import limit_each
 from ftac_gym.baselines.components.relative_motion import relative_motion
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantController, FaultTolerantGains
-from ftac_gym.baselines.gains import Range, fixed
-from ftac_gym.baselines.gains import gain as field
+from ftac_gym.baselines.gains import Range, fixed, parameter
 from ftac_gym.baselines.observers.rate_predictor import RatePredictor
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
@@ -27,15 +26,15 @@ class ShenClassGains(FaultTolerantGains):
     faults: str = fixed("none")
     observer: Mapping[str, Any] | None = fixed(None)
     smallest_effectiveness: float = fixed(0.05)
-    surface_gain: float = field(0.2, "alpha", "rad/s", positive, Range(0.02, 0.5, log=True))
-    surface_steepness: float = field(1.8, "beta", "", positive, Range(0.5, 20.0, log=True))
-    gain: float = field(100.0, "k", "N m s/rad", positive, Range(10.0, 200.0, log=True))
-    regularisation: float = field(0.1, "e1", "rad/s", positive)
-    smoothing: float = field(0.01, "mu", "rad/s", positive)
-    forgetting: float = field(0.01, "c1", "1/s", non_negative)
-    adaptation: float = field(0.1, "c2", "", non_negative, Range(1e-3, 1.0, log=True))
-    monitor_gain: float = field(5.0, "L. Zero leaves f^ out", "N m s/rad", non_negative, Range(0.5, 50.0, log=True))
-    monitor_threshold: float = field(
+    surface_gain: float = parameter(0.2, "alpha", "rad/s", positive, Range(0.02, 0.5, log=True))
+    surface_steepness: float = parameter(1.8, "beta", "", positive, Range(0.5, 20.0, log=True))
+    gain: float = parameter(100.0, "k", "N m s/rad", positive, Range(10.0, 200.0, log=True))
+    regularisation: float = parameter(0.1, "e1", "rad/s", positive)
+    smoothing: float = parameter(0.01, "mu", "rad/s", positive)
+    forgetting: float = parameter(0.01, "c1", "1/s", non_negative)
+    adaptation: float = parameter(0.1, "c2", "", non_negative, Range(1e-3, 1.0, log=True))
+    monitor_gain: float = parameter(5.0, "L. Zero leaves f^ out", "N m s/rad", non_negative, Range(0.5, 50.0, log=True))
+    monitor_threshold: float = parameter(
         2e-3, "Rate mismatch above which the monitor acts", "rad/s", non_negative, Range(1e-5, 1e-2, log=True)
     )
 

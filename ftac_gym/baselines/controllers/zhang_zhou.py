@@ -12,7 +12,7 @@ from ftac_gym.baselines.components.radial_basis import RadialBasisNetwork
 from ftac_gym.baselines.components.reaching import ExponentialReaching
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantController, FaultTolerantGains
 from ftac_gym.baselines.estimate import FaultEstimate
-from ftac_gym.baselines.gains import Range, fixed, gain
+from ftac_gym.baselines.gains import Range, fixed, parameter
 from ftac_gym.baselines.rules import Interval, mapping
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
@@ -24,23 +24,23 @@ class ZhangZhouGains(FaultTolerantGains):
     """Gains of :class:`ZhangZhou`."""
 
     smallest_effectiveness: float = fixed(0.05)
-    linear: float = gain(0.6, "Linear part of the surface", "rad/s", non_negative, Range(0.01, 1.0, log=True))
-    terminal: float = gain(0.6, "Terminal part of the surface", "rad/s", non_negative, Range(0.01, 1.0, log=True))
-    exponent: float = gain(5.0 / 7.0, "Exponent of the terminal part", "", Interval(0.0, 1.0))
-    reaching_linear: float = gain(1.5, "e1 or e3", "1/s", non_negative, Range(0.1, 6.0, log=True))
-    reaching_switching: float = gain(1.5, "e2 or e4", "rad/s^2", non_negative, Range(1e-4, 2.0, log=True))
-    reaching_floor: float = gain(0.5, "d0 of the denominator N", "", Interval(0.0, 1.0))
-    reaching_steepness: float = gain(5.0, "alpha of N", "", non_negative)
-    reaching_power: int = gain(1, "P0 of N, a positive integer")
-    layer: float = gain(
+    linear: float = parameter(0.6, "Linear part of the surface", "rad/s", non_negative, Range(0.01, 1.0, log=True))
+    terminal: float = parameter(0.6, "Terminal part of the surface", "rad/s", non_negative, Range(0.01, 1.0, log=True))
+    exponent: float = parameter(5.0 / 7.0, "Exponent of the terminal part", "", Interval(0.0, 1.0))
+    reaching_linear: float = parameter(1.5, "e1 or e3", "1/s", non_negative, Range(0.1, 6.0, log=True))
+    reaching_switching: float = parameter(1.5, "e2 or e4", "rad/s^2", non_negative, Range(1e-4, 2.0, log=True))
+    reaching_floor: float = parameter(0.5, "d0 of the denominator N", "", Interval(0.0, 1.0))
+    reaching_steepness: float = parameter(5.0, "alpha of N", "", non_negative)
+    reaching_power: int = parameter(1, "P0 of N, a positive integer")
+    layer: float = parameter(
         0.05, "Boundary layer of every sign. Zero takes the sign, as printed", "rad/s", non_negative,
         Range(1e-4, 0.5, log=True),
     )  # fmt: skip
-    network_gain: float = gain(
+    network_gain: float = parameter(
         1.0, "mu3 or theta2, learning gain of the network. Zero switches it off", "", non_negative,
         Range(1e-3, 10.0, log=True),
     )  # fmt: skip
-    anti_saturation: Mapping[str, Any] | None = gain(
+    anti_saturation: Mapping[str, Any] | None = parameter(
         None,
         "Gains of :class:`~ftac_gym.baselines.components.anti_saturation.AntiSaturation`. None leaves it out, since "
         "its only effect is a dependence on the integrator's step",

@@ -12,7 +12,7 @@ from ftac_gym.baselines.components.adaptation import LeakyAdaptation
 from ftac_gym.baselines.components.reaching import switching
 from ftac_gym.baselines.components.surfaces import signed_power
 from ftac_gym.baselines.controllers.zhang_zhou import ZhangZhou, ZhangZhouGains
-from ftac_gym.baselines.gains import gain
+from ftac_gym.baselines.gains import changed, parameter
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, non_negative
@@ -22,11 +22,11 @@ from ftac_gym.utils.parameters import FloatArray, non_negative
 class ZhangZhouStabilisationGains(ZhangZhouGains):
     """Gains of :class:`ZhangZhouStabilisation`."""
 
-    linear: float = ZhangZhouGains.changed("linear", meaning="a")
-    terminal: float = ZhangZhouGains.changed("terminal", meaning="b")
-    exponent: float = ZhangZhouGains.changed("exponent", meaning="p/q")
-    rate_bound_gain: float = gain(0.01, "mu1", "", non_negative)
-    fault_bound_gain: float = gain(0.001, "mu2", "", non_negative)
+    linear: float = changed(ZhangZhouGains, "linear", meaning="a")
+    terminal: float = changed(ZhangZhouGains, "terminal", meaning="b")
+    exponent: float = changed(ZhangZhouGains, "exponent", meaning="p/q")
+    rate_bound_gain: float = parameter(0.01, "mu1", "", non_negative)
+    fault_bound_gain: float = parameter(0.001, "mu2", "", non_negative)
 
 
 class ZhangZhouStabilisation(ZhangZhou):

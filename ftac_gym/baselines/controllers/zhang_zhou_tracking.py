@@ -17,7 +17,7 @@ from ftac_gym.baselines.components.adaptation import LeakyAdaptation
 from ftac_gym.baselines.components.reaching import switching
 from ftac_gym.baselines.components.surfaces import NonsingularTerminalSurface
 from ftac_gym.baselines.controllers.zhang_zhou import ZhangZhou, ZhangZhouGains
-from ftac_gym.baselines.gains import Range, gain
+from ftac_gym.baselines.gains import Range, changed, parameter
 from ftac_gym.baselines.rules import flag
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
@@ -28,22 +28,22 @@ from ftac_gym.utils.parameters import FloatArray, finite, non_negative, positive
 class ZhangZhouTrackingGains(ZhangZhouGains):
     """Gains of :class:`ZhangZhouTracking`; the paper prints k1, k2 and those of the reaching law."""
 
-    virtual_gain: float = gain(0.6, "c", "1/s", positive, Range(0.01, 1.0, log=True))
-    linear: float = ZhangZhouGains.changed("linear", meaning="k1")
-    terminal: float = ZhangZhouGains.changed("terminal", meaning="k2")
-    exponent: float = ZhangZhouGains.changed("exponent", meaning="r of S")
-    bound: float = gain(0.05, "mu of S", "", positive)
-    feed_forward: bool = gain(
+    virtual_gain: float = parameter(0.6, "c", "1/s", positive, Range(0.01, 1.0, log=True))
+    linear: float = changed(ZhangZhouGains, "linear", meaning="k1")
+    terminal: float = changed(ZhangZhouGains, "terminal", meaning="k2")
+    exponent: float = changed(ZhangZhouGains, "exponent", meaning="r of S")
+    bound: float = parameter(0.05, "mu of S", "", positive)
+    feed_forward: bool = parameter(
         False,
         "Whether k2 S'(z1) z1', which is known, is subtracted. Otherwise Omega dominates it, as printed",
         rule=flag,
     )
-    bound_gain: float = gain(0.01, "theta1", "", non_negative)
-    coupling_gain: float = gain(0.01, "theta3", "", non_negative)
-    coupling_high: float = gain(0.02, "delta_m, above delta_n", "", finite)
-    coupling_low: float = gain(0.01, "delta_n", "", positive)
-    initial_eta: float = gain(1.0, "eta(0), at least eta_min", "", finite)
-    smallest_eta: float = gain(1e-3, "eta_min", "", positive)
+    bound_gain: float = parameter(0.01, "theta1", "", non_negative)
+    coupling_gain: float = parameter(0.01, "theta3", "", non_negative)
+    coupling_high: float = parameter(0.02, "delta_m, above delta_n", "", finite)
+    coupling_low: float = parameter(0.01, "delta_n", "", positive)
+    initial_eta: float = parameter(1.0, "eta(0), at least eta_min", "", finite)
+    smallest_eta: float = parameter(1e-3, "eta_min", "", positive)
 
     def __post_init__(self) -> None:
         """Check the fields."""
