@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ftac_gym.utils.parameters import FloatArray, Matrix, Vector, matrix, non_negative, positive, require, vector
+from ftac_gym.utils.parameters import FloatArray, Matrix, Vector, each, matrix, non_negative, positive, require, rows
 from ftac_gym.utils.serialization import serializable
 
 
@@ -45,21 +44,9 @@ class FlexibleAppendages:
         flat = isinstance(values, (tuple, list, np.ndarray)) and all(np.ndim(value) == 0 for value in values)
         require(flat and len(values) >= 1, "frequencies", "must have one number per mode", values)
         count = len(self.frequencies)
-        frequencies = vector(self.frequencies, count, "frequencies")
-        for mode, value in enumerate(frequencies):
-            positive(value, f"frequencies[{mode}]")
-        ratios: Sequence[float] = (
-            (float(self.damping_ratios),) * count
-            if isinstance(self.damping_ratios, (int, float, np.number))
-            else self.damping_ratios
-        )
-        damping = vector(ratios, count, "damping_ratios")
-        for mode, value in enumerate(damping):
-            non_negative(value, f"damping_ratios[{mode}]")
-        coupling = matrix(self.coupling, count, 3, "coupling")
-        object.__setattr__(self, "frequencies", frequencies)
-        object.__setattr__(self, "damping_ratios", damping)
-        object.__setattr__(self, "coupling", tuple(tuple(float(value) for value in row) for row in coupling))
+        object.__setattr__(self, "frequencies", each(self.frequencies, count, "frequencies", positive))
+        object.__setattr__(self, "damping_ratios", each(self.damping_ratios, count, "damping_ratios", non_negative))
+        object.__setattr__(self, "coupling", rows(matrix(self.coupling, count, 3, "coupling")))
 
     @property
     def count(self) -> int:

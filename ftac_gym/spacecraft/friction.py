@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.utils.parameters import FloatArray, non_negative, positive, require
+from ftac_gym.utils.parameters import FloatArray, non_negative, normalise, positive, require
 from ftac_gym.utils.serialization import serializable
 
 
@@ -48,12 +48,11 @@ class Friction:
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
-        object.__setattr__(self, "coulomb", non_negative(self.coulomb, "coulomb"))
+        normalise(self, non_negative, "coulomb", "viscous")
+        normalise(self, positive, "breakaway_speed")
         breakaway = self.coulomb if self.breakaway is None else non_negative(self.breakaway, "breakaway")
         require(breakaway >= self.coulomb, "breakaway", f"must not be below coulomb = {self.coulomb!r}", breakaway)
         object.__setattr__(self, "breakaway", breakaway)
-        object.__setattr__(self, "breakaway_speed", positive(self.breakaway_speed, "breakaway_speed"))
-        object.__setattr__(self, "viscous", non_negative(self.viscous, "viscous"))
 
     @property
     def stribeck(self) -> float:

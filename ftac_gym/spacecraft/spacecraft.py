@@ -1,4 +1,4 @@
-"""Nominal parameters of the spacecraft: what a designer knows before launch."""
+"""Nominal parameters of the spacecraft, those available to a designer before launch."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from ftac_gym.spacecraft.appendages import FlexibleAppendages
 from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.utils.parameters import FloatArray, Matrix, matrix, require
+from ftac_gym.utils.parameters import FloatArray, Matrix, matrix, require, rows
 from ftac_gym.utils.serialization import LATER_PART, serializable
 
 
@@ -26,13 +26,13 @@ class Spacecraft:
     allow_unphysical_inertia
         Accept an inertia that no mass distribution has. Some published scenarios print one.
     appendages
-        What bends; None for a rigid body.
+        Flexible appendages; None for a rigid body.
 
     Raises
     ------
     ValueError
         If the inertia is not symmetric, not positive definite, or its principal moments break the triangle
-        inequality (the largest may not exceed the sum of the others), or if the appendages take along more inertia than
+        inequality: the largest may not exceed the sum of the others. Also if the appendages carry more inertia than
         there is.
     """
 
@@ -48,18 +48,14 @@ class Spacecraft:
         require(bool(np.allclose(inertia, inertia.T, rtol=1e-9)), "inertia", "must be symmetric", self.inertia)
         moments = np.linalg.eigvalsh(inertia)
         require(moments[0] > 0.0, "inertia", "must be positive definite; principal moments", moments.tolist())
-        if not self.allow_unphysical_inertia:
-            require(
-                moments[2] <= (moments[0] + moments[1]) * (1.0 + 1e-9),
-                "inertia",
-                "must satisfy the triangle inequality (or pass allow_unphysical_inertia=True); principal moments",
-                moments.tolist(),
-            )
+        rule = "must satisfy the triangle inequality (or pass allow_unphysical_inertia=True); principal moments"
+        physical = moments[2] <= (moments[0] + moments[1]) * (1.0 + 1e-9)
+        require(physical or self.allow_unphysical_inertia, "inertia", rule, moments.tolist())
         if self.appendages is not None:
             known = isinstance(self.appendages, FlexibleAppendages)
             require(known, "appendages", "must be FlexibleAppendages or None", self.appendages)
             self.appendages.check(inertia)
-        object.__setattr__(self, "inertia", tuple(tuple(float(value) for value in row) for row in inertia))
+        object.__setattr__(self, "inertia", rows(inertia))
 
     @property
     def inertia_matrix(self) -> FloatArray:
@@ -73,7 +69,7 @@ class Spacecraft:
 
     @property
     def quick_inertia(self) -> FloatArray:
-        """What a torque turns at first, J - delta' delta (3, 3) [kg m^2]; J itself for a rigid body."""
+        """Inertia without that of the modes, J - delta' delta (3, 3) [kg m^2]: it resists a sudden torque."""
         carried = 0.0 if self.appendages is None else self.appendages.carried_inertia
         quick: FloatArray = self.inertia_matrix - carried
         return quick

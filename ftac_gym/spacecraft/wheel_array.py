@@ -1,37 +1,38 @@
-"""Nominal parameters of the reaction wheels: ideal torquers by default, real ones if asked for."""
+"""Nominal parameters of the reaction wheels: ideal torquers by default, real ones on request."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ftac_gym.spacecraft.friction import Friction
 from ftac_gym.spacecraft.layouts import sign_pyramid
-from ftac_gym.utils.parameters import FloatArray, Matrix, Vector, matrix, positive, require, vector
+from ftac_gym.utils.parameters import (
+    FloatArray,
+    Matrix,
+    Vector,
+    each,
+    matrix,
+    normalise,
+    optional,
+    positive,
+    require,
+    rows,
+)
 from ftac_gym.utils.serialization import serializable
 
-PerWheel = float | Sequence[float] | None
-"""One number for all wheels, one per wheel, or None for an effect that is off."""
-
-
-def _per_wheel(values: PerWheel, count: int, field: str) -> Vector | None:
-    """Return one positive number per wheel from a scalar or a sequence; None stays None."""
-    if values is None:
-        return None
-    if isinstance(values, (int, float, np.number)):
-        values = (float(values),) * count
-    return tuple(positive(value, f"{field}[{wheel}]") for wheel, value in enumerate(vector(values, count, field)))
+_LIMITS = ("torque_limit", "momentum_limit", "spin_inertia", "speed_limit", "lag", "dead_band", "power_limit")
+"""Fields with one positive number for all wheels, one per wheel, or None for an effect that is off."""
 
 
 @serializable
 @dataclass(frozen=True)
 class WheelArray:
-    """Reaction wheels: where they point and what they can do.
+    """Reaction wheels: their axes, limits and losses.
 
     A commanded torque passes, in this order, the torque limit, the dead-band, the lag, the effectiveness and the bias
-    of a fault, and the power limit; friction and the momentum limit then act on the wheel itself. Every effect is off
+    of a fault, and the power limit. Friction and the momentum limit then act on the wheel itself. Every effect is off
     unless it is given, and each can differ from wheel to wheel. The speed of a wheel is its momentum over its spin
     inertia; the body's own rate is left out of it, being thousands of times smaller.
 
@@ -63,8 +64,8 @@ class WheelArray:
     Raises
     ------
     ValueError
-        If D is not 3 x m with m >= 1 and unit columns, a value is not positive, or an effect lacks the spin inertia
-        that it needs.
+        If D is not 3 x m with m >= 1 and unit columns, or a value is not positive. Also if an effect lacks the spin
+        inertia that it needs.
     """
 
     axes: Matrix
@@ -84,29 +85,19 @@ class WheelArray:
         norms = np.linalg.norm(axes, axis=0)
         require(bool(np.all(np.abs(norms - 1.0) < 1e-6)), "axes", "must have columns of unit length", norms.tolist())
         count = axes.shape[1]
-        object.__setattr__(self, "axes", tuple(tuple(float(value) for value in row) for row in axes))
-        for name in (
-            "torque_limit",
-            "momentum_limit",
-            "spin_inertia",
-            "speed_limit",
-            "lag",
-            "dead_band",
-            "power_limit",
-        ):
-            object.__setattr__(self, name, _per_wheel(getattr(self, name), count, name))
-        friction = self.friction
-        if isinstance(friction, (tuple, list)):
-            require(len(friction) == count, "friction", f"must have {count} entries, one per wheel", len(friction))
-            for wheel, entry in enumerate(friction):
-                valid = entry is None or isinstance(entry, Friction)
+        object.__setattr__(self, "axes", rows(axes))
+        normalise(self, optional(lambda values, name: each(values, count, name, positive)), *_LIMITS)
+        if isinstance(self.friction, (tuple, list)):
+            given = len(self.friction)
+            require(given == count, "friction", f"must have {count} entries, one per wheel", given)
+            for wheel, entry in enumerate(self.friction):
+                valid = isinstance(entry, Friction | None)
                 require(valid, f"friction[{wheel}]", "must be a Friction or None", entry)
-            friction = tuple(friction)
-        else:
-            valid = friction is None or isinstance(friction, Friction)
-            require(valid, "friction", "must be a Friction, one per wheel, or None", friction)
-            friction = None if friction is None else (friction,) * count
-        object.__setattr__(self, "friction", friction)
+            object.__setattr__(self, "friction", tuple(self.friction))
+        elif self.friction is not None:
+            valid = isinstance(self.friction, Friction)
+            require(valid, "friction", "must be a Friction, one per wheel, or None", self.friction)
+            object.__setattr__(self, "friction", (self.friction,) * count)
         if self.spin_inertia is None:
             for name in ("speed_limit", "friction", "power_limit"):
                 require(getattr(self, name) is None, name, "needs spin_inertia: it depends on the speed", None)
@@ -159,9 +150,9 @@ class WheelArray:
         """Friction of each wheel, None where there is none."""
         return self.friction if isinstance(self.friction, tuple) else (None,) * self.count
 
-    def _array(self, name: str, otherwise: float) -> FloatArray:
+    def _array(self, name: str, default: float) -> FloatArray:
         values = getattr(self, name)
-        return np.full(self.count, otherwise) if values is None else np.array(values)
+        return np.full(self.count, default) if values is None else np.array(values)
 
     @classmethod
     def sign_pyramid(cls, torque_limit: float, momentum_limit: float | None, coupling: bool = True) -> WheelArray:

@@ -1,4 +1,4 @@
-"""Checked parameters and uniform ranges, the vocabulary of every scenario dataclass."""
+"""Checks of parameters, and uniform ranges to draw from: the vocabulary of every scenario dataclass."""
 
 from __future__ import annotations
 
@@ -106,6 +106,13 @@ def vector(values: Sequence[float], length: int, field: str) -> Vector:
     return tuple(float(value) for value in array)
 
 
+def each(values: float | Sequence[float], count: int, field: str, rule: Callable[[Any, str], float]) -> Vector:
+    """Return ``count`` numbers that a rule has checked, from as many or from one for all."""
+    if isinstance(values, (int, float, np.number)):
+        values = (float(values),) * count
+    return tuple(rule(value, f"{field}[{index}]") for index, value in enumerate(vector(values, count, field)))
+
+
 def matrix(values: object, rows: int, columns: int | None, field: str) -> FloatArray:
     """Return an array (rows, columns); raise a ValueError unless it is one of finite numbers. None: any width."""
     shape = f"{rows} x {columns if columns is not None else 'm'}"
@@ -119,19 +126,24 @@ def matrix(values: object, rows: int, columns: int | None, field: str) -> FloatA
     return array
 
 
+def rows(array: FloatArray) -> Matrix:
+    """Return a matrix as nested tuples of floats, the form of a field."""
+    return tuple(tuple(float(value) for value in row) for row in array)
+
+
 def unit_quaternion(values: Sequence[float], field: str) -> Vector:
     """Return the values as a tuple; raise a ValueError unless they are a unit quaternion (scalar first) to 1e-3."""
     quaternion = vector(values, 4, field)
     norm = math.sqrt(sum(value * value for value in quaternion))
     require(abs(norm - 1.0) < 1e-3, field, "must be a unit quaternion, scalar first", values)
-    # What is normalised already stays as it is, so that a round trip through JSON changes nothing.
+    # Normalised values stay as they are, so that a round trip through JSON changes nothing.
     return quaternion if abs(norm - 1.0) < 1e-15 else tuple(value / norm for value in quaternion)
 
 
 def interval(
     value: Interval, field: str, low: float = -math.inf, high: float = math.inf, above: float = -math.inf
 ) -> Interval:
-    """Return a checked interval: a float, or a pair in rising order, in [low, high] and larger than ``above``."""
+    """Return a checked interval: a float, or a pair in rising order, within [low, high] and larger than ``above``."""
     if isinstance(value, (tuple, list)):
         require(len(value) == 2, field, "must be a number or a pair (low, high)", value)
         checked: Interval = (finite(value[0], field), finite(value[1], field))
