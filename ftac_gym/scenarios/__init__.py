@@ -4,41 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ftac_gym.scenarios import chen_2018, li_2023, ma_2023, splits, zhang_zhou_2019
-from ftac_gym.scenarios.cao_2022 import cao_2022
-from ftac_gym.scenarios.flagship import flagship, flagship_pointing, flagship_tracking
-from ftac_gym.scenarios.flexible import flexible
-from ftac_gym.scenarios.shen_2019 import shen_2019
+from ftac_gym.scenarios import (
+    cao_2022,
+    chen_2018,
+    flagship,
+    flexible,
+    li_2023,
+    ma_2023,
+    shen_2019,
+    splits,
+    zhang_zhou_2019,
+)
 from ftac_gym.scenarios.splits import SPLITS
-from ftac_gym.task.scenario import Scenario
+from ftac_gym.task import Scenario
 from ftac_gym.utils.parameters import require
 
-_BUILDERS: dict[str, Callable[[], Scenario]] = {
-    "flagship": flagship,
-    "flagship_severe": splits.flagship_severe,
-    "flagship_unseen": splits.flagship_unseen,
-    "flagship_double": splits.flagship_double,
-    "flagship_plant": splits.flagship_plant,
-    "flagship_hardware": splits.flagship_hardware,
-    "flagship_pointing": flagship_pointing,
-    "flagship_tracking": flagship_tracking,
-    "flexible": flexible,
-    "shen_2019": shen_2019,
-    "zhang_zhou_2019": zhang_zhou_2019.zhang_zhou_2019,
-    "zhang_zhou_2019_2nm": zhang_zhou_2019.zhang_zhou_2019_2nm,
-    "zhang_zhou_2019_feasible": zhang_zhou_2019.zhang_zhou_2019_feasible,
-    "zhang_zhou_2019_stabilisation": zhang_zhou_2019.zhang_zhou_2019_stabilisation,
-    "cao_2022": cao_2022,
-    "li_2023": li_2023.li_2023,
-    "li_2023_weak": li_2023.li_2023_weak,
-    "li_2023_printed_start": li_2023.li_2023_printed_start,
-    "ma_2023_faulty": ma_2023.ma_2023_faulty,
-    "ma_2023_unwinding": ma_2023.ma_2023_unwinding,
-    "chen_2018": chen_2018.chen_2018,
-    "chen_2018_rate_torque": chen_2018.chen_2018_rate_torque,
-}
-
 __all__ = ["SPLITS", "get", "names"]
+
+_BUILDERS: dict[str, Callable[[], Scenario]] = {
+    name: entry
+    for module in (cao_2022, chen_2018, flagship, flexible, li_2023, ma_2023, shen_2019, splits, zhang_zhou_2019)
+    for name, entry in vars(module).items()
+    if getattr(entry, "__annotations__", {}).get("return") == "Scenario" and entry.__module__ == module.__name__
+}
+"""All functions of these modules that return a scenario."""
 
 
 def names() -> list[str]:

@@ -1,10 +1,16 @@
 """The numerical example of Cao, Gong and Han 2022 (Processes 10, 2294, section 5).
 
-A turn back to the inertial axes with three wheels, none to spare, which lose effectiveness one after the other. The
-wheels are ideal torquers without gyroscopic coupling, as the paper's equations have it. The control period is the
-interval of its learning observer. Chosen here, because the paper leaves it open: the torque limit, no momentum limit,
-no inertia uncertainty (the paper has one but does not say which), perfect sensors, the integrator's step, the length of
-the episode, and when the task counts as done. All other numbers are the authors'.
+A turn back to the inertial axes with three wheels, none of them redundant, that lose effectiveness one after the
+other. The wheels are ideal torquers without gyroscopic coupling, as in the paper's equations. The control period is
+the interval of its learning observer.
+
+The paper leaves these open, and they are chosen here:
+
+- the torque limit, no momentum limit, perfect sensors;
+- no inertia uncertainty (the paper has one without giving it);
+- the integrator's step, the length of the episode and the success criterion.
+
+All other numbers are the authors'.
 """
 
 from __future__ import annotations
@@ -15,20 +21,15 @@ import numpy as np
 
 from ftac_gym.attitude import quaternion_from_mrp
 from ftac_gym.faults import FaultSchedule, LossOfEffectiveness
-from ftac_gym.spacecraft.layouts import three_orthogonal
-from ftac_gym.spacecraft.spacecraft import Spacecraft
-from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.task.disturbances import Disturbance, Harmonic
-from ftac_gym.task.initial_state import InitialState
-from ftac_gym.task.references import fixed_attitude
-from ftac_gym.task.scenario import Scenario
+from ftac_gym.spacecraft import Spacecraft, WheelArray, three_orthogonal
+from ftac_gym.task import Disturbance, Harmonic, InitialState, Scenario, fixed_attitude
 
 
 def cao_2022() -> Scenario:
     """Return the scenario.
 
-    The paper bounds the torque by a number that it does not give; here it is 20 N m [chosen]. Its controller, with the
-    exponent that makes it usable, hardly exceeds that when nothing limits it (20.5 N m), so the limit changes little.
+    The paper bounds the torque by a number that it does not give; here it is 20 N m [chosen]. Without a limit its
+    controller, with the exponent that makes it usable, reaches 20.5 N m: the limit changes little.
     """
     attitude = quaternion_from_mrp(np.array([0.3, -0.2, 0.2]))
     cosine = 0.5 * math.pi
@@ -49,7 +50,7 @@ def cao_2022() -> Scenario:
                 ),
             )
         ),
-        # 0.01 (|w|^2 + 0.05) [sin 0.8 t, cos 0.5 t, cos 0.3 t]: each axis has a frequency of its own.
+        # 0.01 (|w|^2 + 0.05) [sin 0.8 t, cos 0.5 t, cos 0.3 t]: one harmonic per axis.
         disturbance=Disturbance(
             harmonics=(
                 Harmonic((0.01, 0.0, 0.0), frequency=0.8),

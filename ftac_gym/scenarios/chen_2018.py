@@ -1,10 +1,16 @@
 """The numerical example of Chen, Chen, He and Sun 2018 (Complexity, section 5).
 
-A heavy body with three wheels comes to rest within bounds that shrink to 0.001 of an MRP, while its inertia varies and
-its wheels drop to a fifth of their effectiveness. The wheels are ideal torquers without gyroscopic coupling, as the
-paper's equations have it. Chosen here, because the paper leaves it open: healthy wheels before the faults strike, the
-factors of the bounds at the start (infinity is printed), no momentum limit, perfect sensors, the control period, the
-integrator's step, the length of the episode, and when the task counts as done. All other numbers are the authors'.
+A heavy body with three wheels comes to rest within bounds that shrink to 0.001 of an MRP. Meanwhile its inertia varies
+and its wheels drop to a fifth of their effectiveness. The wheels are ideal torquers without gyroscopic coupling, as in
+the paper's equations.
+
+The paper leaves these open, and they are chosen here:
+
+- healthy wheels before the faults, no momentum limit, perfect sensors;
+- the factors of the bounds at the start (infinity is printed);
+- the control period, the integrator's step, the length of the episode and the success criterion.
+
+All other numbers are the authors'.
 """
 
 from __future__ import annotations
@@ -15,15 +21,16 @@ import numpy as np
 
 from ftac_gym.attitude import quaternion_from_mrp
 from ftac_gym.faults import FaultSchedule, LossOfEffectiveness
-from ftac_gym.spacecraft.layouts import three_orthogonal
-from ftac_gym.spacecraft.spacecraft import Spacecraft
-from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.task.disturbances import Disturbance, Harmonic
-from ftac_gym.task.inertia import InertiaUncertainty
-from ftac_gym.task.initial_state import InitialState
-from ftac_gym.task.prescribed_bound import PrescribedBound
-from ftac_gym.task.references import fixed_attitude
-from ftac_gym.task.scenario import Scenario
+from ftac_gym.spacecraft import Spacecraft, WheelArray, three_orthogonal
+from ftac_gym.task import (
+    Disturbance,
+    Harmonic,
+    InertiaUncertainty,
+    InitialState,
+    PrescribedBound,
+    Scenario,
+    fixed_attitude,
+)
 
 
 def _inertia(rate_torque: bool) -> InertiaUncertainty:
@@ -49,7 +56,7 @@ def chen_2018() -> Scenario:
         faults=FaultSchedule(
             (_fault(0, 15.0, 0.2 * math.pi), _fault(1, 12.0, 0.3 * math.pi), _fault(2, 10.0, 0.4 * math.pi))
         ),
-        # (|w|^2 + 0.05) [sin 0.8 t, cos 0.5 t, sin 0.3 t]: each axis has a frequency of its own.
+        # (|w|^2 + 0.05) [sin 0.8 t, cos 0.5 t, sin 0.3 t]: one harmonic per axis.
         disturbance=Disturbance(
             harmonics=(
                 Harmonic((1.0, 0.0, 0.0), frequency=0.8),
@@ -63,17 +70,11 @@ def chen_2018() -> Scenario:
         physics_step=0.005,
         duration=60.0,
         prescribed_bound=PrescribedBound(
-            initial=0.5,
-            final=0.001,
-            decay=0.1,
-            lower=(0.8, 1.0, 0.2),
-            upper=(0.2, 0.2, 0.8),
-            initial_factor=2.0,
-            factor_decay=5.0,
+            0.5, 0.001, decay=0.1, lower=(0.8, 1.0, 0.2), upper=(0.2, 0.2, 0.8), initial_factor=2.0, factor_decay=5.0
         ),
     )
 
 
 def chen_2018_rate_torque() -> Scenario:
-    """Return the scenario with the torque -J' w, which Euler's law has and the paper leaves out."""
+    """Return the scenario with the torque -J' w of Euler's equation, which the paper leaves out."""
     return chen_2018().replace(name="chen_2018_rate_torque", inertia_uncertainty=_inertia(rate_torque=True))

@@ -1,9 +1,9 @@
-"""The flagship: a rest-to-rest slew from anywhere, then fine pointing, while a wheel fails.
+"""The flagship: a rest-to-rest slew from any attitude, then fine pointing, with faults of wheels.
 
 The spacecraft is that of Shen et al. 2019 (IEEE TIE 66(5)): a mid-size body with four 0.2 N m, 12 N m s wheels in a
-sign pyramid. The faults are weighted towards those that separate methods: bias, stuck torque and outage, striking while
-torque is needed; loss of effectiveness is there, but rarer. They come abruptly or little by little, for good or for a
-while, steadily or on and off. :mod:`ftac_gym.scenarios.splits` holds what the flagship is not.
+sign pyramid. The faults are weighted towards those that separate methods: bias, stuck torque and outage, at times when
+torque is needed. Loss of effectiveness occurs too, but more rarely. Faults are abrupt or incipient, permanent or
+recovering, steady or intermittent. :mod:`ftac_gym.scenarios.splits` holds the other splits.
 """
 
 from __future__ import annotations
@@ -20,17 +20,11 @@ from ftac_gym.faults import (
     LossOfEffectiveness,
     Outage,
 )
-from ftac_gym.spacecraft.spacecraft import Spacecraft
-from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.task.disturbances import Disturbance, Harmonic
-from ftac_gym.task.inertia import InertiaUncertainty
-from ftac_gym.task.initial_state import InitialState
-from ftac_gym.task.references import MRPSinusoid
-from ftac_gym.task.scenario import Scenario
-from ftac_gym.task.sensors import SensorErrors
+from ftac_gym.spacecraft import Spacecraft, WheelArray
+from ftac_gym.task import Disturbance, Harmonic, InertiaUncertainty, InitialState, MRPSinusoid, Scenario, SensorErrors
 
 ONSET = (2.0, 80.0)
-"""When faults strike [s]: during the slew, during settling, during fine pointing."""
+"""Onsets of faults [s]: during the slew, during settling, during fine pointing."""
 
 DEGREE = math.pi / 180.0
 DEGREE_PER_HOUR = DEGREE / 3600.0
@@ -44,23 +38,22 @@ def spacecraft() -> Spacecraft:
 
 def faults() -> FaultDistribution:
     """Return the training distribution: a tenth healthy, most with one faulty wheel, some with two."""
-    onset = ONSET
     return FaultDistribution(
         kinds=(
-            LossOfEffectiveness(onset=onset, effectiveness=(0.1, 0.8)),
+            LossOfEffectiveness(onset=ONSET, effectiveness=(0.1, 0.8)),
             LossOfEffectiveness(
-                onset=onset, effectiveness=(0.3, 0.7), amplitude=(0.1, 0.3), frequency=(0.1, 2.0), phase=(0.0, 6.283)
+                onset=ONSET, effectiveness=(0.3, 0.7), amplitude=(0.1, 0.3), frequency=(0.1, 2.0), phase=(0.0, 6.283)
             ),
-            DriftingEffectiveness(onset=onset, effectiveness=(0.0, 0.5), rise=(10.0, 60.0)),
-            Bias(onset=onset, constant=(0.01, 0.1), random_sign=True),
-            Bias(onset=onset, constant=(0.03, 0.1), random_sign=True, duration=(10.0, 30.0)),
-            Bias(onset=onset, slope=(2e-4, 1e-3), random_sign=True),
-            Bias(onset=onset, amplitude=(0.02, 0.08), frequency=(0.05, 0.5), random_sign=True),
-            Bias(onset=onset, constant=(0.03, 0.1), random_sign=True, period=(10.0, 30.0), on_time=(3.0, 10.0)),
-            Outage(onset=onset),
-            Outage(onset=onset, duration=(10.0, 30.0)),
-            LockInPlace(onset=onset),
-            HardOver(onset=onset, fraction=(0.2, 0.5)),
+            DriftingEffectiveness(onset=ONSET, effectiveness=(0.0, 0.5), rise=(10.0, 60.0)),
+            Bias(onset=ONSET, constant=(0.01, 0.1), random_sign=True),
+            Bias(onset=ONSET, constant=(0.03, 0.1), random_sign=True, duration=(10.0, 30.0)),
+            Bias(onset=ONSET, slope=(2e-4, 1e-3), random_sign=True),
+            Bias(onset=ONSET, amplitude=(0.02, 0.08), frequency=(0.05, 0.5), random_sign=True),
+            Bias(onset=ONSET, constant=(0.03, 0.1), random_sign=True, period=(10.0, 30.0), on_time=(3.0, 10.0)),
+            Outage(onset=ONSET),
+            Outage(onset=ONSET, duration=(10.0, 30.0)),
+            LockInPlace(onset=ONSET),
+            HardOver(onset=ONSET, fraction=(0.2, 0.5)),
         ),
         weights=(1.0, 0.5, 0.5, 1.5, 0.5, 1.0, 1.0, 1.0, 1.0, 0.5, 2.0, 1.0),
         fault_counts=(0.1, 0.75, 0.15),
@@ -102,7 +95,7 @@ def flagship() -> Scenario:
 
 
 def flagship_pointing() -> Scenario:
-    """Return a training ground for the flagship: on target from the start, while faults strike all the sooner."""
+    """Return a training task for the flagship: on target from the start, with earlier faults."""
     usual = faults()
     kinds = tuple(replace(kind, onset=(2.0, 25.0)) for kind in usual.kinds)
     return flagship().replace(
@@ -114,7 +107,7 @@ def flagship_pointing() -> Scenario:
 
 
 def flagship_tracking() -> Scenario:
-    """Return the scenario of ``SpacecraftFTCTracking-v0``: the same craft follows slow sinusoids from close by."""
+    """Return the scenario of ``SpacecraftFTCTracking-v0``: the same spacecraft follows slow sinusoids."""
     amplitude, frequency, phase = (0.05, 0.15), (0.02, 0.06), (0.0, 2.0 * math.pi)
     return flagship().replace(
         name="flagship_tracking",

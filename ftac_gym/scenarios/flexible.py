@@ -1,9 +1,10 @@
-"""The flexible craft: the flagship's task for a body with two long panels that bend.
+"""The flexible spacecraft: the flagship's task for a body with two long panels that bend.
 
-The hub and its wheels are the flagship's. The panels lie along the first axis, so that their bending goes with turns
-about the other two, their torsion with turns about the first. They hold an eighth to a sixth of the inertia and hardly
-any damping: what a slew stirs up outlasts the episode unless somebody takes it out. Frequencies, damping and coupling
-of each craft differ from the nominal ones. The numbers are ours; shares and damping are like those of Li et al. 2023.
+The hub and its wheels are the flagship's. The panels lie along the first axis: their bending couples with turns about
+the other two, their torsion with turns about the first. They hold an eighth to a sixth of the inertia. Their damping is
+low: the vibration after a slew outlasts the episode unless it is controlled. Frequencies, damping and
+coupling of each spacecraft differ from the nominal ones. The numbers are ours; shares and damping are like those of
+Li et al. 2023.
 """
 
 from __future__ import annotations
@@ -11,10 +12,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ftac_gym.scenarios.flagship import flagship
-from ftac_gym.spacecraft.appendages import FlexibleAppendages
-from ftac_gym.task.objective import RewardWeights
-from ftac_gym.task.scenario import Scenario
-from ftac_gym.task.vibration import AppendageUncertainty
+from ftac_gym.spacecraft import FlexibleAppendages
+from ftac_gym.task import AppendageUncertainty, RewardWeights, Scenario
 
 
 def appendages() -> FlexibleAppendages:

@@ -1,7 +1,8 @@
-"""Frozen test episodes of the flagship's splits: everyone is judged on exactly these.
+"""Frozen test episodes of the flagship's splits, the same for every policy.
 
-``frozen.json`` holds the seed of each split, how many episodes are drawn from it, how many of them are feasible, and
-their digest. ``python -m ftac_gym.scenarios.frozen`` writes it anew, which makes earlier results incomparable.
+For each split ``frozen.json`` holds the seed, the number of episodes drawn from it, the number of feasible ones among
+them, and their digest. ``python -m ftac_gym.scenarios.frozen`` writes the file anew, which makes earlier results
+incomparable.
 """
 
 from __future__ import annotations
@@ -14,8 +15,7 @@ from typing import Any
 import numpy as np
 
 from ftac_gym import scenarios
-from ftac_gym.task.episodes import Episodes
-from ftac_gym.task.scenario import Scenario
+from ftac_gym.task import Episodes, Scenario
 from ftac_gym.utils.parameters import require
 
 FEASIBLE = 500
@@ -33,12 +33,12 @@ def seeds() -> dict[str, int]:
 
 
 def draw_feasible(scenario: Scenario, seed: int, feasible: int) -> Episodes:
-    """Draw episodes of a seed, from the first on, until so many of them are feasible.
+    """Draw episodes of a seed, from the first on, until a number of them are feasible.
 
     Raises
     ------
     ValueError
-        If hardly any episode of the scenario is feasible.
+        If fewer than about one in twenty episodes of the scenario is feasible.
     """
     count = feasible
     while True:
@@ -52,7 +52,7 @@ def draw_feasible(scenario: Scenario, seed: int, feasible: int) -> Episodes:
 
 
 def first_feasible(episodes: Episodes, feasible: int) -> Episodes:
-    """Return the first episodes, up to and with the feasible one of that number."""
+    """Return the first episodes, up to and including the feasible one of that number."""
     return episodes[: int(np.flatnonzero(episodes.feasible)[feasible - 1]) + 1]
 
 
@@ -64,7 +64,7 @@ def load(split: str, feasible: int = FEASIBLE) -> Episodes:
     split
         One of :data:`ftac_gym.scenarios.SPLITS`.
     feasible
-        How many feasible episodes are wanted: the list up to that one. The infeasible ones on the way are in it too.
+        Number of feasible episodes. The list ends with the last of them and includes the infeasible ones before it.
 
     Raises
     ------

@@ -1,12 +1,21 @@
 """The numerical example of Li, Xu and Chang 2023 (IET Control Theory & Applications 17, section 5).
 
-A heavy body with flexible appendages turns twice while torques that nobody commanded act on two of its three wheels,
-whose axes are slightly off. The wheels are ideal torquers without gyroscopic coupling, as the paper's equations have
-it. Corrected: the sign of the third mode's coupling with the third axis, without which the published gains do not hold
-what they are said to; the misalignment, whose degrees are degrees. Chosen here, because the paper leaves it open: that
-the manoeuvres start from the attitude of section 5.1 (printed is the target itself), which is the reading under which
-there is a first manoeuvre at all; the limit of the torque, wheel by wheel; no momentum limit, perfect sensors, the
-control period, the integrator's step, and when the task counts as done. All other numbers are the authors'.
+A heavy body with flexible appendages turns twice while uncommanded torques act on two of its three wheels, whose axes
+are slightly misaligned. The wheels are ideal torquers without gyroscopic coupling, as in the paper's equations.
+
+Corrected:
+
+- the sign of the third mode's coupling with the third axis, without which the published gains lack the stated property;
+- the misalignment, whose degrees are degrees.
+
+The paper leaves these open, and they are chosen here:
+
+- the start of the manoeuvres from the attitude of section 5.1 (printed is the target itself), the reading under which
+  there is a first manoeuvre;
+- the limit of the torque, wheel by wheel, no momentum limit, perfect sensors;
+- the control period, the integrator's step and the success criterion.
+
+All other numbers are the authors'.
 """
 
 from __future__ import annotations
@@ -14,17 +23,11 @@ from __future__ import annotations
 import math
 
 from ftac_gym.faults import Bias, FaultSchedule
-from ftac_gym.spacecraft.appendages import FlexibleAppendages
-from ftac_gym.spacecraft.layouts import three_orthogonal
-from ftac_gym.spacecraft.spacecraft import Spacecraft
-from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.task.disturbances import Disturbance, Harmonic
-from ftac_gym.task.initial_state import InitialState
-from ftac_gym.task.references import SetPoints
-from ftac_gym.task.scenario import Scenario
+from ftac_gym.spacecraft import FlexibleAppendages, Spacecraft, WheelArray, three_orthogonal
+from ftac_gym.task import Disturbance, Harmonic, InitialState, Scenario, SetPoints
 
 WEAK = 0.2
-"""Share of the faults that are left in the example with weak faults."""
+"""Scale of the faults in the example with weak faults."""
 
 
 def _quaternion(vector: tuple[float, float, float]) -> tuple[float, float, float, float]:
@@ -100,7 +103,7 @@ def li_2023_weak() -> Scenario:
 
 
 def li_2023_printed_start() -> Scenario:
-    """Return the scenario from the printed start, which is the first target: only the rate has to be taken out."""
+    """Return the scenario from the printed start, which is the first target: only the rate must be removed."""
     return li_2023().replace(
         name="li_2023_printed_start", initial_state=InitialState.fixed(FIRST, rate=(0.02, -0.03, 0.01))
     )

@@ -1,11 +1,16 @@
 """The numerical examples of Ma, Wang and Wang 2023 (Mathematics 11, 3431, section 5).
 
-A body with three wheels follows a slowly turning reference under a disturbance near the resonance of the paper's law;
-in one example all three wheels have lost half of their effectiveness, in the other they are healthy and the attitude's
-quaternion starts with a negative scalar part. The wheels are ideal torquers without gyroscopic coupling, as the paper's
-equations have it. Chosen here, because the paper leaves it open: that the wheels saturate at the torque which it calls
-the largest, no momentum limit, perfect sensors, the control period, the integrator's step, the length of the episode,
-and when the task counts as done. All other numbers are the authors'.
+A body with three wheels follows a slowly turning reference under a disturbance near the resonance of the paper's law.
+In one example all three wheels have lost half of their effectiveness. In the other they are healthy, and the attitude's
+quaternion starts with a negative scalar part. The wheels are ideal torquers without gyroscopic coupling, as in the
+paper's equations.
+
+The paper leaves these open, and they are chosen here:
+
+- saturation of the wheels at the torque that the paper calls the largest, no momentum limit, perfect sensors;
+- the control period, the integrator's step, the length of the episode and the success criterion.
+
+All other numbers are the authors'.
 """
 
 from __future__ import annotations
@@ -13,13 +18,8 @@ from __future__ import annotations
 import math
 
 from ftac_gym.faults import FaultSchedule, LossOfEffectiveness
-from ftac_gym.spacecraft.layouts import three_orthogonal
-from ftac_gym.spacecraft.spacecraft import Spacecraft
-from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.task.disturbances import Disturbance, Harmonic
-from ftac_gym.task.initial_state import InitialState
-from ftac_gym.task.references import RateProfile
-from ftac_gym.task.scenario import Scenario
+from ftac_gym.spacecraft import Spacecraft, WheelArray, three_orthogonal
+from ftac_gym.task import Disturbance, Harmonic, InitialState, RateProfile, Scenario
 
 _SCALAR = math.sqrt(0.78)
 """Printed as 0.8832, with which the quaternion's norm is 1.00002."""
@@ -60,7 +60,7 @@ def ma_2023_unwinding() -> Scenario:
     """Return the example of section 5.2, without faults.
 
     Its start is not the attitude of section 5.1 with the other sign of the quaternion: it is the inverse rotation. The
-    sign matters to laws that do not know that q and -q are the same attitude.
+    sign matters to laws that treat q and -q as different attitudes.
     """
     return ma_2023_faulty().replace(
         name="ma_2023_unwinding",

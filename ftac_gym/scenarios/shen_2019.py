@@ -1,9 +1,14 @@
 """The numerical example of Shen, Yue, Goh and Wang 2019 (IEEE Transactions on Industrial Electronics 66(5)).
 
-The best documented hardware-like case of the field: noisy sensors, misaligned gyros, a 10 Hz controller, four 0.2 N m
-wheels, two that lose effectiveness at 5 s and two that gain a bias at 100 s, one wheel among both. All numbers are the
-authors', but for what they leave open: the wheels' momentum limit (that of the smallest wheel of this torque), the
-target (the inertial axes), the integrator's step, rest at the start, and when the task counts as done.
+The best documented hardware-like case of the field: noisy sensors, misaligned gyros, a 10 Hz controller and four
+0.2 N m wheels. Two wheels lose effectiveness at 5 s and two have a bias from 100 s on; one wheel has both.
+
+The paper leaves these open, and they are chosen here:
+
+- the wheels' momentum limit (that of the smallest wheel of this torque), the target (the inertial axes);
+- the integrator's step, rest at the start and the success criterion.
+
+All other numbers are the authors'.
 """
 
 from __future__ import annotations
@@ -11,12 +16,8 @@ from __future__ import annotations
 import math
 
 from ftac_gym.faults import Bias, FaultSchedule, LossOfEffectiveness
-from ftac_gym.spacecraft.spacecraft import Spacecraft
-from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.task.disturbances import Disturbance, Harmonic
-from ftac_gym.task.initial_state import InitialState
-from ftac_gym.task.scenario import Scenario
-from ftac_gym.task.sensors import SensorErrors
+from ftac_gym.spacecraft import Spacecraft, WheelArray
+from ftac_gym.task import Disturbance, Harmonic, InitialState, Scenario, SensorErrors
 
 _DEGREE = math.pi / 180.0
 

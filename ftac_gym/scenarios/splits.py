@@ -1,4 +1,4 @@
-"""The other splits of the flagship: the same task, each with something that training never shows."""
+"""The other splits of the flagship: the same task, each with a difference that training does not have."""
 
 from __future__ import annotations
 
@@ -18,23 +18,10 @@ from ftac_gym.faults import (
     StarTrackerOutage,
 )
 from ftac_gym.scenarios.flagship import DEGREE, ONSET, faults, flagship, sensors, spacecraft
-from ftac_gym.spacecraft import catalogue
-from ftac_gym.spacecraft.friction import Friction
-from ftac_gym.spacecraft.layouts import sign_pyramid
-from ftac_gym.spacecraft.spacecraft import Spacecraft
-from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.task.inertia import InertiaUncertainty
-from ftac_gym.task.low_orbit import LowOrbitTorque
-from ftac_gym.task.scenario import Scenario
+from ftac_gym.spacecraft import Friction, Spacecraft, WheelArray, catalogue, sign_pyramid
+from ftac_gym.task import InertiaUncertainty, LowOrbitTorque, Scenario
 
-SPLITS = (
-    "flagship",
-    "flagship_severe",
-    "flagship_unseen",
-    "flagship_double",
-    "flagship_plant",
-    "flagship_hardware",
-)
+SPLITS = ("flagship", *(f"flagship_{name}" for name in ("severe", "unseen", "double", "plant", "hardware")))
 """The flagship and its splits, in the order of tables."""
 
 _WHEEL = catalogue.get("hr12-12")
@@ -61,7 +48,7 @@ def flagship_severe() -> Scenario:
 
 
 def flagship_unseen() -> Scenario:
-    """Return the split with fault kinds that training does not have: of wheels that rub, and of sensors."""
+    """Return the split with fault kinds that training does not have: of wheels with friction, and of sensors."""
     unseen = FaultDistribution(
         kinds=(
             FrictionRise(onset=ONSET, factor=(5.0, 20.0)),
@@ -75,10 +62,9 @@ def flagship_unseen() -> Scenario:
         ),
         weights=(1.0, 1.0, 2.0, 2.0, 2.0, 1.0, 1.0, 1.0),
     )
-    rubbing = replace(
-        spacecraft().wheels, spin_inertia=_WHEEL.spin_inertia, friction=Friction(_WHEEL.coulomb or 0.0)
-    )  # fmt: skip
-    return flagship().replace(name="flagship_unseen", spacecraft=_with_wheels(rubbing), faults=unseen)
+    friction = Friction(_WHEEL.coulomb or 0.0)
+    wheels = replace(spacecraft().wheels, spin_inertia=_WHEEL.spin_inertia, friction=friction)
+    return flagship().replace(name="flagship_unseen", spacecraft=_with_wheels(wheels), faults=unseen)
 
 
 def flagship_double() -> Scenario:
@@ -87,7 +73,7 @@ def flagship_double() -> Scenario:
 
 
 def flagship_plant() -> Scenario:
-    """Return the split whose inertia is uncertain by 30 % instead of 10 %, and whose sensors are three times as bad."""
+    """Return the split with an inertia uncertainty of 30 % instead of 10 %, and three times the sensor errors."""
     usual = sensors()
     worse = replace(
         usual,
@@ -96,15 +82,14 @@ def flagship_plant() -> Scenario:
         gyro_bias=(-3.0 * DEGREE / 3600.0, 3.0 * DEGREE / 3600.0),
         gyro_bias_walk=3.0 * usual.gyro_bias_walk,
     )
-    return flagship().replace(
-        name="flagship_plant", inertia_uncertainty=InertiaUncertainty(relative=0.3), sensors=worse
-    )  # fmt: skip
+    uncertainty = InertiaUncertainty(relative=0.3)
+    return flagship().replace(name="flagship_plant", inertia_uncertainty=uncertainty, sensors=worse)
 
 
 def flagship_hardware() -> Scenario:
     """Return the split with real wheels, misaligned gyros and the torques of a low orbit.
 
-    The wheels are the catalogue's HR12 of 12 N m s, with a lag of 30 ms and 60 W, which no source gives.
+    The wheels are the catalogue's HR12 of 12 N m s. Their lag of 30 ms and power limit of 60 W are chosen.
     """
     wheels = _WHEEL.array(sign_pyramid(), lag=0.03, power_limit=60.0)
     return flagship().replace(

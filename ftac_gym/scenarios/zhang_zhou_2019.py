@@ -1,13 +1,17 @@
 """The numerical example of Zhang and Zhou 2019 (IET Control Theory & Applications 13(15), sec. 5), and three variants.
 
 Four strong wheels, two faults at 10 s, a large external torque and a fast start. As printed, no controller can follow
-the reference: see :func:`zhang_zhou_2019`. Chosen here, because the paper leaves it open: no momentum limit, wheels
-without gyroscopic coupling (the paper's equations have none), perfect sensors, the control period, the integrator's
-step, the length of the episode, and when the task counts as done. All other numbers are the authors' unless a variant
-says otherwise.
+the reference: see :func:`zhang_zhou_2019`.
 
-The torques below are those that following a reference exactly asks of the most loaded wheel, with the nominal inertia
-and the allocation that keeps that as small as can be (:func:`peak_wheel_torque`).
+The paper leaves these open, and they are chosen here:
+
+- no momentum limit, perfect sensors, wheels without gyroscopic coupling (the paper's equations have none);
+- the control period, the integrator's step, the length of the episode and the success criterion.
+
+All other numbers are the authors' unless a variant says otherwise.
+
+The torques below are those of the most loaded wheel when a reference is followed exactly. They hold for the nominal
+inertia and the allocation that keeps this torque as small as possible (:func:`peak_wheel_torque`).
 """
 
 from __future__ import annotations
@@ -16,17 +20,11 @@ import numpy as np
 
 from ftac_gym.attitude import quaternion_from_mrp
 from ftac_gym.faults import Bias, FaultSchedule, LossOfEffectiveness
-from ftac_gym.spacecraft.layouts import orthogonal_and_skew
-from ftac_gym.spacecraft.spacecraft import Spacecraft
-from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.task.disturbances import Disturbance, Harmonic
-from ftac_gym.task.inertia import InertiaUncertainty
-from ftac_gym.task.initial_state import InitialState
-from ftac_gym.task.references import MRPSinusoid, fixed_attitude
-from ftac_gym.task.scenario import Scenario
+from ftac_gym.spacecraft import Spacecraft, WheelArray, orthogonal_and_skew
+from ftac_gym.task import Disturbance, Harmonic, InertiaUncertainty, InitialState, MRPSinusoid, Scenario, fixed_attitude
 
 SLOWING = 0.2
-"""How much slower than printed the feasible reference is [chosen]."""
+"""Ratio of the feasible reference's frequencies to the printed ones [chosen]."""
 
 
 def _spacecraft(torque_limit: float) -> Spacecraft:
@@ -48,8 +46,8 @@ def zhang_zhou_2019() -> Scenario:
     """Return the scenario as printed, with the torque limit of the paper's set-up, 5 N m.
 
     The reference is out of reach for any controller. It turns at up to 1.65 rad/s and needs 32.5 N m, 32.6 with the
-    external torque, and commands of up to 47.7 N m once the first wheel gives half of what it is told; with the
-    pseudo-inverse 35.4, 35.5 and 50.8 N m.
+    external torque. Once the first wheel gives half of its command, it needs commands of up to 47.7 N m. With the
+    pseudo-inverse the three numbers are 35.4, 35.5 and 50.8 N m.
     """
     attitude = quaternion_from_mrp(np.array([-0.8, 0.3, 0.5]))
     return Scenario(
@@ -77,12 +75,12 @@ def zhang_zhou_2019_2nm() -> Scenario:
 def zhang_zhou_2019_feasible() -> Scenario:
     """Return the scenario with the printed reference five times slower [chosen], at up to 0.33 rad/s.
 
-    It needs 1.30 N m, 1.31 with the external torque, and commands of up to 1.92 N m after the faults: within the limit
-    of 5 N m, and just within 2 N m too. With the pseudo-inverse it needs 1.42, 1.43 and 2.03 N m.
+    It needs 1.30 N m, 1.31 with the external torque, and commands of up to 1.92 N m after the faults. This is within
+    the limit of 5 N m, and just within 2 N m too. With the pseudo-inverse it needs 1.42, 1.43 and 2.03 N m.
     """
     return zhang_zhou_2019().replace(name="zhang_zhou_2019_feasible", reference=_reference(SLOWING))
 
 
 def zhang_zhou_2019_stabilisation() -> Scenario:
-    """Return the scenario with the reference at rest: the paper's other controller, for which it prints no example."""
+    """Return the scenario with the reference at rest, for the paper's other controller, which has no example there."""
     return zhang_zhou_2019().replace(name="zhang_zhou_2019_stabilisation", reference=fixed_attitude())

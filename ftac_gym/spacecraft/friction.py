@@ -21,7 +21,7 @@ class Friction:
 
         T(W) = sqrt(2 e) (T_brk - T_C) exp(-(W / W_st)^2) W / W_st + T_C tanh(W / W_c) + f W
 
-    (the form of MathWorks' rotational friction block): it rises to the breakaway torque T_brk near the breakaway speed
+    (the form of MathWorks' rotational friction block). It rises to the breakaway torque T_brk near the breakaway speed
     W_brk, falls to the Coulomb torque T_C, and grows with the viscous coefficient f. Its power T W is never negative.
 
     Parameters

@@ -31,9 +31,9 @@ class Spacecraft:
     Raises
     ------
     ValueError
-        If the inertia is not symmetric, not positive definite, or its principal moments break the triangle
-        inequality: the largest may not exceed the sum of the others. Also if the appendages carry more inertia than
-        there is.
+        If the inertia is not symmetric or not positive definite. Also if its principal moments break the triangle
+        inequality (the largest may not exceed the sum of the others), or the appendages carry more inertia than there
+        is.
     """
 
     inertia: Matrix

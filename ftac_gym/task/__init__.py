@@ -1,1 +1,35 @@
-"""The task: scenario, episodes and all their parts."""
+"""The task: a scenario, the episodes drawn from it, and the parts that both are made of."""
+
+from ftac_gym.task.disturbances import Disturbance, Harmonic
+from ftac_gym.task.episodes import Episodes
+from ftac_gym.task.inertia import InertiaUncertainty
+from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task.low_orbit import LowOrbitTorque
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.objective import RewardWeights, SuccessCriterion
+from ftac_gym.task.prescribed_bound import PrescribedBound
+from ftac_gym.task.references import MRPSinusoid, RateProfile, SetPoints, fixed_attitude
+from ftac_gym.task.scenario import Scenario, success_steps
+from ftac_gym.task.sensors import SensorErrors
+from ftac_gym.task.vibration import AppendageUncertainty
+
+__all__ = [
+    "AppendageUncertainty",
+    "Disturbance",
+    "Episodes",
+    "Harmonic",
+    "InertiaUncertainty",
+    "InitialState",
+    "LowOrbitTorque",
+    "MRPSinusoid",
+    "Measurement",
+    "PrescribedBound",
+    "RateProfile",
+    "RewardWeights",
+    "Scenario",
+    "SensorErrors",
+    "SetPoints",
+    "SuccessCriterion",
+    "fixed_attitude",
+    "success_steps",
+]

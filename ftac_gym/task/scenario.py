@@ -29,7 +29,6 @@ from ftac_gym.task.references import Reference, SetPoints
 from ftac_gym.task.sensors import SENSOR, SensorErrors
 from ftac_gym.task.vibration import LARGEST_PHASE, AppendageUncertainty, check_modes, exact_modes, fastest_pole
 from ftac_gym.utils.parameters import FloatArray, Matrix, matrix, positive, require
-from ftac_gym.utils.randomness import KeyArray, Stream, keys_from_seeds, uniforms
 from ftac_gym.utils.serialization import LATER_PART, from_plain, serializable, to_plain
 
 
@@ -208,11 +207,15 @@ class Scenario:
 
     def draw_episodes(self, seeds: Sequence[int], index: npt.NDArray[np.int64]) -> Episodes:
         """Draw one episode for each pair of a seed (N,) and an episode number within that seed (N,)."""
+        from ftac_gym.utils.randomness import keys_from_seeds  # Compiled: scenarios alone do not need Numba.
+
         unique, inverse = np.unique(np.array(seeds, dtype=object), return_inverse=True)
         return self.draw_from_keys(keys_from_seeds(unique)[inverse], np.asarray(index, dtype=np.int64))
 
-    def draw_from_keys(self, keys: KeyArray, index: npt.NDArray[np.int64]) -> Episodes:
+    def draw_from_keys(self, keys: npt.NDArray[np.uint32], index: npt.NDArray[np.int64]) -> Episodes:
         """Draw one episode for each pair of a cipher key (N, 2) and an episode number (N,)."""
+        from ftac_gym.utils.randomness import Stream, uniforms
+
         count, spacecraft, wheels = len(index), self.spacecraft, self.spacecraft.wheels
 
         def deviates(purpose: Stream, numbers: int) -> FloatArray:

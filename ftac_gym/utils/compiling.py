@@ -1,4 +1,4 @@
-"""Compiled entry points whose pieces lie in several files."""
+"""Compiled entry points that inline functions of several files."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ inlined = njit(inline="always", error_model="numpy", fastmath=CONTRACT)
 
 
 def entry_point(*modules: ModuleType, contract: bool = True) -> Callable[[Callable[..., Any]], Any]:
-    """Return a decorator that compiles a function, and keeps the result on disk for as long as no source changes.
+    """Return a decorator that compiles a function and stores the result on disk until a source file changes.
 
-    Numba's own cache watches the file of the function alone: after a change in another file it would go on running the
-    old machine code of the pieces that come from there.
+    Numba's own cache checks the file of the function alone. After a change in another file it would still run the old
+    machine code of the functions inlined from there.
 
     Parameters
     ----------
     *modules
-        The other modules of this package whose compiled pieces the function calls, directly or not.
+        The other modules of this package with inlined functions that the function calls, directly or not.
     contract
         Whether multiplications and additions may be fused.
     """
@@ -36,7 +36,7 @@ def entry_point(*modules: ModuleType, contract: bool = True) -> Callable[[Callab
         dispatcher = njit(cache=True, nogil=True, error_model="numpy", fastmath=fastmath)(function)
         index = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
         if index is not None:  # With NUMBA_DISABLE_JIT there is nothing to cache.
-            # This file too: it says how all of them are compiled.
+            # This file too: it has the compiler options.
             files = (__file__, *(str(module.__file__) for module in modules))
             sources = b"".join(Path(file).read_bytes() for file in files)
             index._source_stamp = (index._source_stamp, hashlib.sha256(sources).hexdigest())

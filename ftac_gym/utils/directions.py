@@ -1,4 +1,4 @@
-"""The sphere of directions: what every picture of it needs."""
+"""Circles on the sphere of directions, for pictures."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ftac_gym.utils.parameters import FloatArray
 
 
 def across(axis: FloatArray) -> FloatArray:
-    """Return a unit vector (3,) at right angles to a vector (3,): to that body axis which it is farthest from."""
+    """Return a unit vector (3,) at right angles to a vector (3,) and to the body axis farthest from it."""
     normal = cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     unit: FloatArray = normal / np.linalg.norm(normal)
     return unit

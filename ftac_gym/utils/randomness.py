@@ -1,9 +1,9 @@
-"""Counter-based random numbers: every number is a pure function of who asks for it.
+"""Counter-based random numbers: every number is a pure function of its address.
 
-A generator with hidden state makes an episode depend on what was drawn before it. Here a number is addressed
-instead: ``(seed, episode, purpose, position)`` goes into the Philox4x32-10 block cipher (Salmon et al., "Parallel
-random numbers: as easy as 1, 2, 3", SC 2011) and the deviate comes out. Hence episode ``k`` of seed ``s`` is the
-same on one craft or on a thousand, in any order and in any process, and a batch is drawn in one compiled call.
+A generator with hidden state makes an episode depend on earlier draws. Here a number has an address instead:
+``(seed, episode, stream, position)`` goes into the Philox4x32-10 block cipher (Salmon et al., "Parallel random numbers:
+as easy as 1, 2, 3", SC 2011), whose output is the deviate. Hence episode ``k`` of seed ``s`` is the same on one
+spacecraft or on a thousand, in any order and in any process. A batch is drawn in one compiled call.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _TO_UNIT_53 = 2.0**-53
 
 
 class Stream(IntEnum):
-    """What a random number is for; numbers of different purposes never meet."""
+    """Streams of random numbers; those of different streams are independent."""
 
     INITIAL_STATE = 1
     INERTIA = 2
@@ -86,7 +86,7 @@ def philox(c0: Any, c1: Any, c2: Any, c3: Any, k0: Any, k1: Any) -> Any:
 @njit(cache=True, inline="always")
 def normal_pair(word_0: Any, word_1: Any) -> Any:
     """Two independent standard normal deviates from two random words (Box and Muller)."""
-    # The half keeps the argument of the logarithm off zero: deviates reach 6.7 standard deviations.
+    # The half makes the argument of the logarithm positive: deviates reach 6.7 standard deviations.
     radius = math.sqrt(-2.0 * math.log((word_0 + 0.5) * _TO_UNIT_32))
     turn = word_1 * _TO_UNIT_32
     sine = math.sin(2.0 * math.pi * turn)
@@ -96,16 +96,16 @@ def normal_pair(word_0: Any, word_1: Any) -> Any:
 
 
 @njit(cache=True, nogil=True)
-def _fill_uniforms(keys: Any, episodes: Any, purpose: int, out: Any) -> None:
+def _fill_uniforms(keys: Any, episodes: Any, stream: int, out: Any) -> None:
     for i in range(out.shape[0]):
         for block in range((out.shape[1] + 1) // 2):
-            a, b, c, d = philox(block, episodes[i], purpose, 0, keys[i, 0], keys[i, 1])
+            a, b, c, d = philox(block, episodes[i], stream, 0, keys[i, 0], keys[i, 1])
             out[i, 2 * block] = ((a >> _SHIFT_5) * 67108864.0 + (b >> _SHIFT_6)) * _TO_UNIT_53
             if 2 * block + 1 < out.shape[1]:
                 out[i, 2 * block + 1] = ((c >> _SHIFT_5) * 67108864.0 + (d >> _SHIFT_6)) * _TO_UNIT_53
 
 
-def uniforms(keys: KeyArray, episodes: npt.NDArray[np.int64], purpose: Stream, count: int) -> FloatArray:
+def uniforms(keys: KeyArray, episodes: npt.NDArray[np.int64], stream: Stream, count: int) -> FloatArray:
     """Draw ``count`` uniform deviates in [0, 1) for each of N episodes.
 
     Parameters
@@ -114,15 +114,15 @@ def uniforms(keys: KeyArray, episodes: npt.NDArray[np.int64], purpose: Stream, c
         (N, 2) cipher keys of the episodes' seeds.
     episodes
         (N,) episode numbers.
-    purpose
-        What the numbers are for.
+    stream
+        Stream of the numbers.
     count
-        How many numbers an episode needs.
+        Number of deviates for each episode.
 
     Returns
     -------
     Array (N, count).
     """
     out = np.empty((len(episodes), count))
-    _fill_uniforms(keys, np.ascontiguousarray(episodes), int(purpose), out)
+    _fill_uniforms(keys, np.ascontiguousarray(episodes), int(stream), out)
     return out

@@ -20,8 +20,7 @@ from ftac_gym.faults import (
     fault_effect,
 )
 from ftac_gym.faults.table import healthy
-from ftac_gym.spacecraft.friction import Friction
-from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.spacecraft import Friction, WheelArray
 
 ONE_WHEEL = WheelArray(np.eye(3)[:, :1], 0.2)
 

@@ -19,11 +19,8 @@ from ftac_gym.faults import (
     Outage,
     fault_effect,
 )
-from ftac_gym.spacecraft.friction import Friction
-from ftac_gym.spacecraft.spacecraft import Spacecraft
-from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.task.initial_state import InitialState
-from ftac_gym.task.scenario import Scenario
+from ftac_gym.spacecraft import Friction, Spacecraft, WheelArray
+from ftac_gym.task import InitialState, Scenario
 
 STEP = 0.02  # s
 

@@ -28,8 +28,7 @@ from ftac_gym.faults import (
 )
 from ftac_gym.faults.effect import presence
 from ftac_gym.faults.table import FLIPS
-from ftac_gym.spacecraft.friction import Friction
-from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.spacecraft import Friction, WheelArray
 
 FRICTION = Friction(0.01, 0.012, viscous=1e-4)
 WHEELS = WheelArray(np.eye(3)[:, :2], 0.2, spin_inertia=0.02, friction=FRICTION)

@@ -27,10 +27,8 @@ from ftac_gym.faults import (
     SensorFault,
     StarTrackerOutage,
 )
-from ftac_gym.spacecraft.friction import Friction
-from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.task.episodes import Episodes
-from ftac_gym.task.initial_state import InitialState
+from ftac_gym.spacecraft import Friction, WheelArray
+from ftac_gym.task import Episodes, InitialState
 
 FLAGSHIP = scenarios.get("flagship")
 RUBBING = WheelArray(FLAGSHIP.spacecraft.wheels.axes, 0.2, 12.0, spin_inertia=0.02, friction=Friction(2e-3))

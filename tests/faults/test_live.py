@@ -20,7 +20,7 @@ from ftac_gym.faults import (
 from ftac_gym.faults.description import acting_faults
 from ftac_gym.faults.live import add_fault, clear_faults, widened
 from ftac_gym.faults.specification import example
-from ftac_gym.spacecraft.friction import Friction
+from ftac_gym.spacecraft import Friction
 
 HEALTHY = scenarios.get("flagship").replace(faults=None)
 LIMITS = HEALTHY.spacecraft.wheels.torque_limits

@@ -25,8 +25,7 @@ from ftac_gym.faults import (
     fault_effect,
 )
 from ftac_gym.faults.table import no_faults, no_sensor_faults
-from ftac_gym.spacecraft.friction import Friction
-from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.spacecraft import Friction, WheelArray
 
 FLAGSHIP = scenarios.get("flagship")
 WHEELS = WheelArray(FLAGSHIP.spacecraft.wheels.axes, 0.2, 12.0, spin_inertia=0.02, friction=Friction(0.01))

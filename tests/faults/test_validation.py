@@ -27,7 +27,7 @@ from ftac_gym.faults import (
     StarTrackerOutage,
     WheelFault,
 )
-from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.spacecraft import WheelArray
 
 WHOLE = [LockInPlace, Seizure, CommandDelay, StarTrackerOutage]
 """Kinds that are there whole or not at all."""

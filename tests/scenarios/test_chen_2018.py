@@ -10,7 +10,7 @@ from helpers.rigid_spacecraft import flown, integrated
 import ftac_gym  # noqa: F401  (registers the environments)
 from ftac_gym import scenarios
 from ftac_gym.dynamics import Simulator
-from ftac_gym.task.scenario import Scenario
+from ftac_gym.task import Scenario
 
 NAMES = {"chen_2018": False, "chen_2018_rate_torque": True}
 PRINTED = scenarios.get("chen_2018")

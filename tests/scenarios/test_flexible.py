@@ -7,7 +7,7 @@ import pytest
 import ftac_gym  # noqa: F401  (registers the environments)
 from ftac_gym import scenarios
 from ftac_gym.dynamics import Simulator
-from ftac_gym.task.scenario import Scenario
+from ftac_gym.task import Scenario
 
 FLEXIBLE, FLAGSHIP = scenarios.get("flexible"), scenarios.get("flagship")
 NOMINAL = FLEXIBLE.spacecraft.appendages

@@ -12,8 +12,7 @@ from ftac_gym import scenarios
 from ftac_gym.attitude import angle_between
 from ftac_gym.dynamics import Simulator
 from ftac_gym.faults import fault_effect
-from ftac_gym.task.initial_state import InitialState
-from ftac_gym.task.scenario import Scenario
+from ftac_gym.task import InitialState, Scenario
 
 SHARES = {"li_2023": 1.0, "li_2023_weak": 0.2, "li_2023_printed_start": 1.0}
 INERTIA = np.array([[350.0, 3.0, 4.0], [3.0, 270.0, 10.0], [4.0, 10.0, 190.0]])

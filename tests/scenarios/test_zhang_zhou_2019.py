@@ -10,7 +10,7 @@ from helpers.rigid_spacecraft import flown, integrated
 from ftac_gym import scenarios
 from ftac_gym.dynamics import Simulator
 from ftac_gym.reproduction.inverse_dynamics import peak_wheel_torque
-from ftac_gym.task.scenario import Scenario
+from ftac_gym.task import Scenario
 
 NAMES = [
     "zhang_zhou_2019",

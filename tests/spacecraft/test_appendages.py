@@ -10,13 +10,8 @@ from hypothesis import strategies as st
 from scipy.linalg import eigh
 
 from ftac_gym import scenarios
-from ftac_gym.spacecraft.appendages import FlexibleAppendages
-from ftac_gym.spacecraft.layouts import three_orthogonal
-from ftac_gym.spacecraft.spacecraft import Spacecraft
-from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.task.initial_state import InitialState
-from ftac_gym.task.scenario import Scenario
-from ftac_gym.task.vibration import AppendageUncertainty
+from ftac_gym.spacecraft import FlexibleAppendages, Spacecraft, WheelArray, three_orthogonal
+from ftac_gym.task import AppendageUncertainty, InitialState, Scenario
 
 INERTIA = np.array([[10.0, 1.2, 0.5], [1.2, 19.0, 1.5], [0.5, 1.5, 25.0]])  # kg m^2
 WHEELS = WheelArray(three_orthogonal(), torque_limit=1.0)

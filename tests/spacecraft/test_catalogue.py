@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from ftac_gym.spacecraft import catalogue
-from ftac_gym.spacecraft.layouts import orthogonal_and_skew, sign_pyramid
+from ftac_gym.spacecraft import catalogue, orthogonal_and_skew, sign_pyramid
 
 
 @pytest.mark.parametrize("name", catalogue.names())

@@ -11,8 +11,7 @@ from numba import njit
 
 from ftac_gym.dynamics import wheels as kernel
 from ftac_gym.dynamics.wheel_table import wheel_table
-from ftac_gym.spacecraft.friction import Friction
-from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.spacecraft import Friction, WheelArray
 
 STRIBECK = Friction(coulomb=5e-4, breakaway=8e-4, breakaway_speed=0.1, viscous=2e-6)
 SPEEDS = np.concatenate([[0.0], np.logspace(-12, 6, 400)])  # rad/s

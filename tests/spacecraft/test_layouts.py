@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from ftac_gym.spacecraft.layouts import orthogonal_and_skew, pyramid, sign_pyramid, three_orthogonal
-from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.spacecraft import WheelArray, orthogonal_and_skew, pyramid, sign_pyramid, three_orthogonal
 from ftac_gym.task.feasibility import envelope_normals
 
 LAYOUTS = {

@@ -6,8 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from ftac_gym.spacecraft.spacecraft import Spacecraft
-from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.spacecraft import Spacecraft, WheelArray
 
 IDENTITY = np.eye(3)
 INERTIA = ((10.0, 1.2, 0.5), (1.2, 19.0, 1.5), (0.5, 1.5, 25.0))

@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 
 from ftac_gym.dynamics.wheel_table import wheel_table
-from ftac_gym.spacecraft.friction import Friction
-from ftac_gym.spacecraft.spacecraft import Spacecraft
-from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.task.scenario import Scenario
+from ftac_gym.spacecraft import Friction, Spacecraft, WheelArray
+from ftac_gym.task import Scenario
 
 FRICTION = Friction(coulomb=5e-4, breakaway=8e-4, viscous=1e-6)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from ftac_gym.task.disturbances import Disturbance, Harmonic
+from ftac_gym.task import Disturbance, Harmonic
 
 AXES = ((0.1, 0.2), (-0.3, 0.3), 0.5)
 

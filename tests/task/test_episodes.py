@@ -7,7 +7,7 @@ import pytest
 
 from ftac_gym import scenarios
 from ftac_gym.faults import CommandDelay, FaultDistribution, GyroBiasStep, IntermittentShutdown
-from ftac_gym.task.episodes import Episodes
+from ftac_gym.task import Episodes
 
 FLAGSHIP = scenarios.get("flagship")
 COUNT = 12

@@ -19,12 +19,9 @@ from ftac_gym.faults import (
     Outage,
     Seizure,
 )
-from ftac_gym.spacecraft.spacecraft import Spacecraft
-from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.task.disturbances import Disturbance, Harmonic
+from ftac_gym.spacecraft import Spacecraft, WheelArray
+from ftac_gym.task import Disturbance, Harmonic, InitialState, Scenario
 from ftac_gym.task.feasibility import TORQUE_RESERVE, Envelope, envelope_normals
-from ftac_gym.task.initial_state import InitialState
-from ftac_gym.task.scenario import Scenario
 
 PYRAMID = WheelArray.sign_pyramid(0.2, 12.0)
 ORTHOGONAL = WheelArray(np.eye(3), 0.2, 12.0)

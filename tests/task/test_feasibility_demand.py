@@ -22,13 +22,8 @@ from ftac_gym.faults import (
     Seizure,
     StarTrackerOutage,
 )
-from ftac_gym.spacecraft.friction import Friction
-from ftac_gym.spacecraft.spacecraft import Spacecraft
-from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.task.disturbances import Disturbance
-from ftac_gym.task.initial_state import InitialState
-from ftac_gym.task.references import MRPSinusoid, SetPoints
-from ftac_gym.task.scenario import Scenario
+from ftac_gym.spacecraft import Friction, Spacecraft, WheelArray
+from ftac_gym.task import Disturbance, InitialState, MRPSinusoid, Scenario, SetPoints
 
 WHEELS = WheelArray(np.eye(3), 0.2, 12.0)
 PYRAMID = WheelArray.sign_pyramid(0.2, 12.0)

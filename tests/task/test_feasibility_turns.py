@@ -15,14 +15,9 @@ from ftac_gym.faults import (
     LossOfEffectiveness,
     StarTrackerOutage,
 )
-from ftac_gym.spacecraft.friction import Friction
-from ftac_gym.spacecraft.spacecraft import Spacecraft
-from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.task.disturbances import Disturbance
+from ftac_gym.spacecraft import Friction, Spacecraft, WheelArray
+from ftac_gym.task import Disturbance, InitialState, Scenario, SetPoints
 from ftac_gym.task.feasibility import TORQUE_RESERVE
-from ftac_gym.task.initial_state import InitialState
-from ftac_gym.task.references import SetPoints
-from ftac_gym.task.scenario import Scenario
 
 H = 12.0  # N m s: limit of a wheel
 ORTHOGONAL = WheelArray(np.eye(3), 0.2, H)

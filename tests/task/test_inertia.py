@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from ftac_gym.task.inertia import InertiaUncertainty, exact_inertia
+from ftac_gym.task import InertiaUncertainty
+from ftac_gym.task.inertia import exact_inertia
 
 NOMINAL = np.array([[10.0, 1.2, 0.5], [1.2, 19.0, 1.5], [0.5, 1.5, 25.0]])  # kg m^2
 PROPERTY = settings(max_examples=80, deadline=None, derandomize=True)

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 from scipy.spatial.transform import Rotation
 
-from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task import InitialState
 
 LIMITS = np.full(4, 12.0)
 DEGREE = math.pi / 180.0

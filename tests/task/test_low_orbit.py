@@ -9,13 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from ftac_gym.task.inertia import InertiaUncertainty
+from ftac_gym.task import InertiaUncertainty, LowOrbitTorque
 from ftac_gym.task.low_orbit import (
     ATMOSPHERE,
     EARTH_RADIUS,
     GRAVITATIONAL_PARAMETER,
     MAGNETIC_MOMENT,
-    LowOrbitTorque,
     atmospheric_density,
 )
 

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from ftac_gym import scenarios
-from ftac_gym.task.prescribed_bound import PrescribedBound
-from ftac_gym.task.scenario import Scenario
+from ftac_gym.task import PrescribedBound, Scenario
 
 FLAGSHIP = scenarios.get("flagship")
 PROPERTY = settings(max_examples=60, deadline=None)

@@ -9,10 +9,8 @@ from scipy.integrate import solve_ivp
 
 from ftac_gym import attitude as att
 from ftac_gym.dynamics import Simulator
-from ftac_gym.spacecraft.spacecraft import Spacecraft
-from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.task.references import MRPSinusoid, RateProfile, SetPoints, fixed_attitude
-from ftac_gym.task.scenario import Scenario
+from ftac_gym.spacecraft import Spacecraft, WheelArray
+from ftac_gym.task import MRPSinusoid, RateProfile, Scenario, SetPoints, fixed_attitude
 
 HALF_TURN = (0.0, 1.0, 0.0, 0.0)
 QUARTER_TURN = (math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0)

@@ -26,16 +26,21 @@ from ftac_gym.faults import (
     StarTrackerOutage,
     WheelFault,
 )
-from ftac_gym.spacecraft.friction import Friction
-from ftac_gym.spacecraft.spacecraft import Spacecraft
-from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.task.disturbances import Disturbance, Harmonic
-from ftac_gym.task.inertia import InertiaUncertainty
-from ftac_gym.task.initial_state import InitialState
-from ftac_gym.task.low_orbit import LowOrbitTorque
-from ftac_gym.task.references import MRPSinusoid, RateProfile, SetPoints
-from ftac_gym.task.scenario import RewardWeights, Scenario, SuccessCriterion
-from ftac_gym.task.sensors import SensorErrors
+from ftac_gym.spacecraft import Friction, Spacecraft, WheelArray
+from ftac_gym.task import (
+    Disturbance,
+    Harmonic,
+    InertiaUncertainty,
+    InitialState,
+    LowOrbitTorque,
+    MRPSinusoid,
+    RateProfile,
+    RewardWeights,
+    Scenario,
+    SensorErrors,
+    SetPoints,
+    SuccessCriterion,
+)
 
 FLAGSHIP = scenarios.get("flagship")
 AXES = ((0.1, 0.2), -0.3, (0.0, 0.5))

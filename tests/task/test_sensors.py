@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from ftac_gym.task.sensors import SensorErrors
+from ftac_gym.task import SensorErrors
 
 
 def test_noise_levels_are_those_given():

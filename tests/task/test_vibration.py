@@ -9,9 +9,9 @@ from scipy import stats
 
 from ftac_gym import scenarios
 from ftac_gym.dynamics import Simulator
-from ftac_gym.spacecraft.appendages import FlexibleAppendages
-from ftac_gym.task.inertia import InertiaUncertainty
-from ftac_gym.task.vibration import MODE, AppendageUncertainty, exact_modes, modal_energy, vibration_torque
+from ftac_gym.spacecraft import FlexibleAppendages
+from ftac_gym.task import AppendageUncertainty, InertiaUncertainty
+from ftac_gym.task.vibration import MODE, exact_modes, modal_energy, vibration_torque
 
 NOMINAL = FlexibleAppendages((1.0, 2.5, 4.0), (0.01, 0.0, 0.05), ((1.0, 0.2, 0.0), (0.0, -1.5, 0.3), (0.4, 0.0, 0.0)))
 WIDE = AppendageUncertainty(frequency=(0.5, 1.5), damping=(0.0, 3.0), coupling=(0.7, 1.1))
