@@ -24,8 +24,8 @@ from tqdm import tqdm
 
 from ftac_gym.evaluation.tables import markdown
 from ftac_gym.reproduction import PAPERS
-from ftac_gym.reproduction.claims import claim_table
-from ftac_gym.reproduction.flight import Flight, Plan, fly
+from ftac_gym.reproduction.recorder import Plan, Recordings, record
+from ftac_gym.reproduction.verdicts import claim_table
 from ftac_gym.utils.console import show_table
 
 
@@ -41,18 +41,18 @@ class Config:
     """Processes; they do not change the result."""
 
 
-def run(plans: dict[str, Plan], workers: int) -> dict[str, Flight]:
+def run(plans: dict[str, Plan], workers: int) -> Recordings:
     """Fly all plans, the longest first, with progress."""
     order = sorted(plans, key=lambda name: -plans[name].scenario.horizon)
-    flights: dict[str, Flight] = {}
+    flights = Recordings()
     with ProcessPoolExecutor(workers) as pool, tqdm(total=sum(plan.scenario.horizon for plan in plans.values())) as bar:
-        jobs = {pool.submit(fly, plans[name]): name for name in order}
+        jobs = {pool.submit(record, plans[name]): name for name in order}
         for job in as_completed(jobs):
             name = jobs[job]
             flights[name] = job.result()
             bar.set_description(f"{name:>40.40}")
             bar.update(plans[name].scenario.horizon)
-    return {name: flights[name] for name in plans}
+    return flights.chosen(plans)
 
 
 def main(config: Config) -> None:

@@ -1,32 +1,32 @@
-"""Papers reproduced: what they claim, beside what their equations do.
+"""Reproductions of papers: their claims, beside numbers from flights under their equations.
 
-Every paper has a module with ``plans()``, the flights it needs, and one with ``evaluate(flights)``, the verdicts.
+Each paper is a folder: ``plans()`` returns its flights, ``evaluate(flights)`` the verdicts, studies and figures.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import NamedTuple
 
 from ftac_gym.reproduction.cao_2022 import plans as cao_2022_plans
 from ftac_gym.reproduction.cao_2022 import report as cao_2022
 from ftac_gym.reproduction.chen_2018 import plans as chen_2018_plans
 from ftac_gym.reproduction.chen_2018 import report as chen_2018
-from ftac_gym.reproduction.claims import Reproduction
-from ftac_gym.reproduction.flight import Flight, Plan
 from ftac_gym.reproduction.li_2023 import plans as li_2023_plans
 from ftac_gym.reproduction.li_2023 import report as li_2023
 from ftac_gym.reproduction.ma_2023 import plans as ma_2023_plans
 from ftac_gym.reproduction.ma_2023 import report as ma_2023
+from ftac_gym.reproduction.recorder import Plan, Recordings
+from ftac_gym.reproduction.verdicts import Reproduction
 from ftac_gym.reproduction.zhang_zhou_2019 import plans as zhang_zhou_2019_plans
 from ftac_gym.reproduction.zhang_zhou_2019 import report as zhang_zhou_2019
 
 
 class Paper(NamedTuple):
-    """How a paper is reproduced."""
+    """Reproduction of a paper: its flights, and the results from them."""
 
     plans: Callable[[], dict[str, Plan]]
-    evaluate: Callable[[Mapping[str, Flight]], Reproduction]
+    evaluate: Callable[[Recordings], Reproduction]
 
 
 PAPERS: dict[str, Paper] = {

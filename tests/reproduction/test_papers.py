@@ -1,4 +1,4 @@
-"""Every paper's claims are judged from flights; here from short and coarse ones, to see that all of it works."""
+"""Verdicts, studies and figures of every paper, from short and coarse flights."""
 
 from dataclasses import replace
 
@@ -7,10 +7,10 @@ import pytest
 
 from ftac_gym import baselines
 from ftac_gym.reproduction import PAPERS
-from ftac_gym.reproduction.cao_2022 import claims as cao_2022_claims
-from ftac_gym.reproduction.claims import Claim, Verdict, claim_table, judge
-from ftac_gym.reproduction.flight import fly
+from ftac_gym.reproduction.cao_2022 import measures as cao_2022_measures
+from ftac_gym.reproduction.recorder import Recordings, record
 from ftac_gym.reproduction.variations import sampled, with_limit
+from ftac_gym.reproduction.verdicts import Claim, Verdict, claim_table, judge
 
 
 @pytest.fixture(scope="module", params=sorted(PAPERS))
@@ -21,11 +21,11 @@ def reproduced(request):
         # Coarse sampling with unlimited torque blows up, which is a result, but none to judge claims by.
         limit = min(50.0, float(plan.scenario.spacecraft.wheels.torque_limits[0]))
         scenario = with_limit(sampled(plan.scenario, 0.05, 12.0), limit)
-        coarse[name] = replace(plan, scenario=scenario, craft=min(plan.craft, 3))
+        coarse[name] = replace(plan, scenario=scenario, num_spacecraft=min(plan.num_spacecraft, 3))
     # So coarse, many plans are the same.
     with np.errstate(all="ignore"):
-        flown = {repr(plan): fly(plan) for plan in {repr(plan): plan for plan in coarse.values()}.values()}
-    return request.param, paper.evaluate({name: flown[repr(plan)] for name, plan in coarse.items()})
+        flown = {repr(plan): record(plan) for plan in {repr(plan): plan for plan in coarse.values()}.values()}
+    return request.param, paper.evaluate(Recordings({name: flown[repr(plan)] for name, plan in coarse.items()}))
 
 
 def test_every_claim_has_a_verdict_and_numbers(reproduced):
@@ -57,9 +57,9 @@ def test_tables_are_rectangular_and_figures_are_drawn(reproduced):
 
 
 @pytest.mark.parametrize("name", sorted(PAPERS))
-def test_every_law_fits_its_scenario(name):
+def test_every_baseline_fits_its_scenario(name):
     for plan in PAPERS[name].plans().values():
-        baselines.make(plan.law, plan.scenario, 1, **plan.gains)
+        baselines.make(plan.baseline, plan.scenario, 1, **plan.gains)
 
 
 def test_verdicts():
@@ -70,35 +70,35 @@ def test_verdicts():
     assert rows[1] == ["where", "what", "1.0 s", "not reproduced", "why"]
 
 
-def test_the_printed_gains_break_the_papers_theorem():
-    first, third = cao_2022_claims.theorem_bounds()
+def test_the_printed_gains_violate_the_theorem():
+    first, third = cao_2022_measures.theorem_bounds()
     assert first < -176.0 + 1e-9
     assert third < -399.0 + 1e-9
 
 
-def test_known_after_counts_from_the_fault():
+def test_estimated_after_counts_from_the_fault():
     plan = PAPERS["cao_2022"].plans()["PTC"]
-    flight = fly(replace(plan, scenario=sampled(plan.scenario, 0.1, 12.0)))
+    flight = record(replace(plan, scenario=sampled(plan.scenario, 0.1, 12.0)))
     time = flight.time[:-1]
     late = np.where(time < 7.0, 1.0, 0.8)
     estimate = np.broadcast_to(late[:, None, None], flight.true_effectiveness.shape)
     made = replace(flight, effectiveness=np.array(estimate))
-    assert cao_2022_claims.known_after(made, 0) == pytest.approx(2.0)  # wrong from 5 s to 7 s
-    assert cao_2022_claims.known_after(made, 1) == np.inf  # 0.8 is not 0.6
+    assert cao_2022_measures.estimated_after(made, 0) == pytest.approx(2.0)  # wrong from 5 s to 7 s
+    assert cao_2022_measures.estimated_after(made, 1) == np.inf  # 0.8 is not 0.6
     exact = replace(flight, effectiveness=flight.true_effectiveness)
-    assert cao_2022_claims.known_after(exact, 2) == 0.0
+    assert cao_2022_measures.estimated_after(exact, 2) == 0.0
     stuck = replace(flight, effectiveness=np.full_like(flight.true_effectiveness, 0.8))
-    assert cao_2022_claims.known_after(stuck, 0) == np.inf  # right after the fault, wrong before it
+    assert cao_2022_measures.estimated_after(stuck, 0) == np.inf  # right after the fault, wrong before it
 
 
 def test_rates_before_and_after_faults():
     plan = PAPERS["cao_2022"].plans()["PTC, layer 0.05"]
-    flight = fly(replace(plan, scenario=sampled(plan.scenario, 0.1, 16.0)))
+    flight = record(replace(plan, scenario=sampled(plan.scenario, 0.1, 16.0)))
     turn = np.where(flight.time < 3.0, 1.0, 0.0)
     turn[(flight.time >= 8.0) & (flight.time < 9.0)] = 0.5
     turn[flight.time >= 11.8] = 0.2
     made = replace(flight, rate=np.radians(turn)[:, None, None] * np.array([1.0, 0.0, 0.0]))
-    assert cao_2022_claims.quiet_from(made) == pytest.approx(3.0)
-    raised, recovered = cao_2022_claims.shaken(made)
+    assert cao_2022_measures.quiet_from(made) == pytest.approx(3.0)
+    raised, recovered = cao_2022_measures.disturbed(made)
     assert raised == pytest.approx([0.0, 0.5, 0.2])
     assert not recovered  # 0.2 deg/s at the end of the two seconds after the last fault

@@ -1,9 +1,9 @@
-"""The fuzzy model of Li, Xu and Chang 2023 beside the equations that it stands for (section 5.1)."""
+"""Fuzzy model of Li, Xu and Chang 2023 beside the equations that it represents (section 5.1)."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 
@@ -24,16 +24,16 @@ MEMBERSHIPS: dict[str, Membership] = {
     "Gaussian sets of width 0.6 rad/s": GaussianSets(width=0.6),
     "nearest rule": NearestRule(),
 }
-"""The paper draws its sets but does not print them; the last stands for models in which few rules fire."""
+"""Sets of the fuzzy model, which the paper draws but does not print; the last one stands for models with few rules."""
 
 STEP, DURATION = 0.02, 40.0
 
 Slopes = Callable[[FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
-"""From rate, torque and varpi to the slopes of rate and varpi."""
+"""From rate (N, 3), torque (N, 3) and varpi (N, 2k) to the slopes of rate and varpi."""
 
 
 class _Nonlinear:
-    """Eqs. (6), (7) of the example's nominal craft."""
+    """Eqs. (6), (7) of the example's nominal spacecraft."""
 
     def __init__(self) -> None:
         spacecraft = scenarios.get("li_2023").spacecraft
@@ -41,9 +41,8 @@ class _Nonlinear:
         assert appendages is not None
         self.inertia, self.quick_inertia = spacecraft.inertia_matrix, spacecraft.quick_inertia
         self.inverse: FloatArray = np.linalg.inv(self.quick_inertia).astype(np.float64)
-        self.coupling, self.stiffness, self.damping = (
-            appendages.coupling_matrix, appendages.stiffness, appendages.damping,
-        )  # fmt: skip
+        self.coupling = appendages.coupling_matrix
+        self.stiffness, self.damping = appendages.stiffness, appendages.damping
         self.modes = appendages.count
 
     def pull(self, rate: FloatArray, vibration: FloatArray) -> FloatArray:
@@ -59,20 +58,28 @@ class _Nonlinear:
         return turning @ self.inverse, np.concatenate([motion, -force], axis=1)
 
 
+def _fuzzy_slopes(
+    model: TakagiSugenoModel, sets: Membership, rate: FloatArray, torque: FloatArray, vibration: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return w' and varpi' of the fuzzy model with some sets."""
+    return model.slopes(sets(rate), rate, torque, vibration)
+
+
+def _fuzzy_models() -> dict[str, Slopes]:
+    model = TakagiSugenoModel(scenarios.get("li_2023").spacecraft)
+    return {name: partial(_fuzzy_slopes, model, sets) for name, sets in MEMBERSHIPS.items()}
+
+
 @cache
 def term_errors() -> dict[str, float]:
     """Return, by membership, the largest error of w' over the largest w', at random small rates and vibrations."""
-    exact, model, random = (
-        _Nonlinear(),
-        TakagiSugenoModel(scenarios.get("li_2023").spacecraft),
-        np.random.default_rng(0),
-    )
+    exact, random = _Nonlinear(), np.random.default_rng(0)
     rate, torque = random.uniform(-0.1, 0.1, (500, 3)), np.zeros((500, 3))
     vibration = random.uniform(-0.01, 0.01, (500, 2 * exact.modes))
     truth = exact.slopes(rate, torque, vibration)[0]
     return {
-        name: float(np.abs(model.slopes(sets(rate), rate, torque, vibration)[0] - truth).max() / np.abs(truth).max())
-        for name, sets in MEMBERSHIPS.items()
+        name: float(np.abs(slopes(rate, torque, vibration)[0] - truth).max() / np.abs(truth).max())
+        for name, slopes in _fuzzy_models().items()
     }
 
 
@@ -82,28 +89,18 @@ def closed_loops() -> dict[str, FloatArray]:
 
     All start at q_v = (0.1, -0.1, 0.1) and turn to (0.3, 0.2, -0.4) under Eq. (69) with the true vibration.
     """
-    exact, model = _Nonlinear(), TakagiSugenoModel(scenarios.get("li_2023").spacecraft)
-    found = {}
-    for name in ("nonlinear", *MEMBERSHIPS):
-        sets = MEMBERSHIPS.get(name)
-
-        def slopes(
-            rate: FloatArray, torque: FloatArray, vibration: FloatArray, sets: Membership | None = sets
-        ) -> tuple[FloatArray, FloatArray]:
-            if sets is None:
-                return exact.slopes(rate, torque, vibration)
-            return model.slopes(sets(rate), rate, torque, vibration)
-
-        start = np.zeros(7 + 2 * exact.modes)
-        start[1:4], start[4:7] = (0.1, -0.1, 0.1), (0.02, -0.03, 0.01)
-        start[0] = np.sqrt(1.0 - 0.03)
-        # psi = eta' + delta w for appendages at rest.
-        start[7 + exact.modes :] = exact.coupling @ start[4:7]
-        found[name] = _integrated(exact, slopes, start)
-    return found
+    exact = _Nonlinear()
+    start = np.zeros(7 + 2 * exact.modes)
+    start[1:4], start[4:7] = (0.1, -0.1, 0.1), (0.02, -0.03, 0.01)
+    start[0] = np.sqrt(1.0 - 0.03)
+    # psi = eta' + delta w for appendages at rest.
+    start[7 + exact.modes :] = exact.coupling @ start[4:7]
+    models: dict[str, Slopes] = {"nonlinear": exact.slopes, **_fuzzy_models()}
+    return {name: _integrated(exact, slopes, start) for name, slopes in models.items()}
 
 
 def _integrated(exact: _Nonlinear, slopes: Slopes, start: FloatArray) -> FloatArray:
+    """Return the quaternions (T + 1, 4) of a loop, integrated by the classical Runge-Kutta method."""
     target = np.array([[np.sqrt(1.0 - 0.29), 0.3, 0.2, -0.4]])
 
     def slope(state: FloatArray) -> FloatArray:

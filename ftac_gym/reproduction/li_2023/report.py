@@ -1,171 +1,154 @@
-"""Li, Xu and Chang 2023 reproduced: verdicts, studies, figures."""
+"""Verdicts, studies and figures for Li, Xu and Chang 2023."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
 from ftac_gym.evaluation.tables import Cells
-from ftac_gym.reproduction import figures
-from ftac_gym.reproduction.claims import Reproduction
-from ftac_gym.reproduction.flight import Flight
+from ftac_gym.reproduction import paper_figures as figures
 from ftac_gym.reproduction.li_2023.claims import claims
+from ftac_gym.reproduction.li_2023.inequalities import inequalities
 from ftac_gym.reproduction.li_2023.measures import (
     CALM,
     FIRST,
     LATE,
     SECOND,
-    at_limit,
+    any_at_limit,
     energy_at,
     fault_error,
+    fault_error_norm,
     fault_torque,
-    inequalities,
+    final,
     largest,
     rate_error,
     settling,
     shaking,
     vibration_error,
 )
-from ftac_gym.reproduction.li_2023.model import closed_loops, loop_errors, term_errors
+from ftac_gym.reproduction.li_2023.model import DURATION, MEMBERSHIPS, closed_loops, loop_errors, term_errors
 from ftac_gym.reproduction.li_2023.plans import BOUNDS, INTEGRATIONS, NOISES, OTHERS, PERIODS, SCHEMES
-from ftac_gym.reproduction.variations import seconds
+from ftac_gym.reproduction.recorder import Recording, Recordings
+from ftac_gym.reproduction.verdicts import Reproduction
+from ftac_gym.reproduction.wording import grid, named, seconds, table
 
-Flights = Mapping[str, Flight]
+NOISY = tuple(f"FASMC, noise {noise:g}" for noise in NOISES)
 
 
-def studies(flights: Flights) -> dict[str, Cells]:
+def studies(flights: Recordings) -> dict[str, Cells]:
     """Return the tables that settle the claims."""
     return {
         "All schemes": _schemes(flights),
         "Observers: root mean squares of the errors": _observers(flights),
         "Matrix inequalities": _inequalities(),
-        "Fuzzy model against the nonlinear one": _model(),
-        "Sampling the observer: largest |q_ev| and RMS of f^ - f from 160 to 200 s, |u|^2": _sampling(flights),
+        "Fuzzy model against the nonlinear one": table("sets", named(loop_errors()), {
+            "relative error of w'": lambda name: f"{term_errors()[name]:.1e}",
+            "largest difference of the quaternion in closed loop": lambda name: f"{loop_errors()[name]:.1e}",
+        }),
+        "Sampling the observer: largest |q_ev| and RMS of f^ - f from 160 to 200 s, |u|^2": grid(
+            "period [s]", named(PERIODS, "{:g}"), named(INTEGRATIONS),
+            lambda period, method: _sampled(flights.get(f"{method}, {period:g} s"))),
         "Vibration: energy of the modes [mJ], and root mean square of their torque on the body": _vibration(flights),
-    }
+    }  # fmt: skip
 
 
-def _schemes(flights: Flights) -> Cells:
-    table: Cells = [
-        ["flight", "0.01 after, first", "0.01 after, second", "|q_ev| at 35-40 s", "|q_ev| at 160-200 s",
-         "|u|^2 in 40 s", "|u|^2 in 200 s [N^2 m^2 s]", "any wheel at the limit [%]", "chatter [N m/s]"]
-    ]  # fmt: skip
-    variants = (
-        *SCHEMES,
-        *OTHERS,
-        *(f"{name}, {what}" for what in ("healthy", "sum", "printed start", "fast start") for name in SCHEMES),
-    )
+def _schemes(flights: Recordings) -> Cells:
+    kinds = ("healthy", "sum", "printed start", "fast start")
     more = ("FASMC, weak", "FASMC, aligned", "FASMC, mean gains", "FASMC, from zero", "FASMC, bounded")
-    halves = tuple(f"FASMC, half, {bound:g} N m" for bound in BOUNDS)
-    noisy = tuple(f"FASMC, noise {noise:g}" for noise in NOISES)
-    for name in (*variants, *more, *halves, *noisy):
-        flight = flights[name]
-        times = [seconds(settling(flight, window)) for window in (FIRST, SECOND)]
-        ends = [f"{largest(flight, window):.1e}" for window in ((35.0, 40.0), LATE)]
-        spent = [f"{flight.energy(until, commanded=True):.0f}" for until in (40.0, np.inf)]
-        table.append([name, *times, *ends, *spent, f"{100.0 * at_limit(flight):.1f}", f"{flight.chatter():.2f}"])
-    return table
+    names = [*SCHEMES, *OTHERS, *(f"{name}, {kind}" for kind in kinds for name in SCHEMES), *more]
+    names += [*(f"FASMC, half, {bound:g} N m" for bound in BOUNDS), *NOISY]
+    return table("flight", flights.chosen(names), {
+        "0.01 after, first": lambda flight: seconds(settling(flight, FIRST)),
+        "0.01 after, second": lambda flight: seconds(settling(flight, SECOND)),
+        "|q_ev| at 35-40 s": lambda flight: f"{largest(flight, (35.0, 40.0)):.1e}",
+        "|q_ev| at 160-200 s": lambda flight: f"{final(flight):.1e}",
+        "|u|^2 in 40 s": lambda flight: f"{flight.energy(40.0, commanded=True):.0f}",
+        "|u|^2 in 200 s [N^2 m^2 s]": lambda flight: f"{flight.energy(commanded=True):.0f}",
+        "any wheel at the limit [%]": lambda flight: f"{100.0 * any_at_limit(flight):.1f}",
+        "chatter [N m/s]": lambda flight: f"{flight.chatter():.2f}",
+    })  # fmt: skip
 
 
-def _observers(flights: Flights) -> Cells:
-    table: Cells = [
-        ["flight", "f^ - f at 15-40 s [N m]", "f^ - f at 160-200 s [N m], by channel", "d^ - d of d at 15-40 s [N m]",
-         "d^ - d of d at 160-200 s [N m]", "largest |w - w^| at 15-40, 160-200 s [rad/s]"]
-    ]  # fmt: skip
-    names = (
-        "FASMC", "FASMC, weak", "FASMC, healthy", "FASMC, undisturbed", "FASMC, from zero", "FASMC, from zero, bounded",
-        "FASMC solved", *(f"FASMC, noise {noise:g}" for noise in NOISES), "FASMC with ILO-class",
-        "FASMC with ILO-class, weak",
-    )  # fmt: skip
-    for name in names:
-        flight = flights[name]
-        calm, late = fault_error(flight, CALM), fault_error(flight, LATE)
-        pulls = ["-", "-"]
-        if flight.vibration is not None:
-            pairs = [vibration_error(flight, window) for window in (CALM, LATE)]
-            pulls = [f"{error:.4f} of {size:.3f}" for error, size in pairs]
-        rates = ", ".join(f"{rate_error(flight, window):.1e}" for window in (CALM, LATE))
-        channels = ", ".join(f"{value:.4f}" for value in late)
-        table.append([name, f"{np.linalg.norm(calm):.4f}", channels, *pulls, rates])
-    return table
+def _observers(flights: Recordings) -> Cells:
+    def vibration(flight: Recording, window: tuple[float, float]) -> str:
+        if flight.vibration is None:
+            return "-"
+        error, size = vibration_error(flight, window)
+        return f"{error:.4f} of {size:.3f}"
+
+    kinds = ("weak", "healthy", "undisturbed", "from zero", "from zero, bounded")
+    learning = ("FASMC with ILO-class", "FASMC with ILO-class, weak")
+    names = ("FASMC", *(f"FASMC, {kind}" for kind in kinds), "FASMC solved", *NOISY, *learning)
+    return table("flight", flights.chosen(names), {
+        "f^ - f at 15-40 s [N m]": lambda flight: f"{fault_error_norm(flight, CALM):.4f}",
+        "f^ - f at 160-200 s [N m], by channel":
+            lambda flight: ", ".join(f"{value:.4f}" for value in fault_error(flight, LATE)),
+        "d^ - d of d at 15-40 s [N m]": lambda flight: vibration(flight, CALM),
+        "d^ - d of d at 160-200 s [N m]": lambda flight: vibration(flight, LATE),
+        "largest |w - w^| at 15-40, 160-200 s [rad/s]":
+            lambda flight: ", ".join(f"{rate_error(flight, window):.1e}" for window in (CALM, LATE)),
+    })  # fmt: skip
 
 
 def _inequalities() -> Cells:
-    table: Cells = [
-        ["problem", "gamma", "proved", "rules outside the disc", "farthest pole", "largest F or K", "time [s]"]
-    ]
-    for name, item in inequalities().items():
-        gamma = f"{item.gamma:.4f}" if np.isfinite(item.gamma) else "none"
-        outside = ", ".join(str(rule) for rule in item.outside) or "-"
-        cells = [gamma, "yes" if item.holds else "no", outside, f"{item.reach:.3f}", f"{item.gain:.4g}"]
-        table.append([name, *cells, f"{item.seconds:.1f}"])
-    return table
+    return table("problem", inequalities(), {
+        "gamma": lambda item: f"{item.gamma:.4f}" if np.isfinite(item.gamma) else "none",
+        "proved": lambda item: "yes" if item.holds else "no",
+        "rules outside the disc": lambda item: ", ".join(str(rule) for rule in item.outside) or "-",
+        "farthest pole": lambda item: f"{item.reach:.3f}",
+        "largest F or K": lambda item: f"{item.gain:.4g}",
+        "time [s]": lambda item: f"{item.seconds:.1f}",
+    })  # fmt: skip
 
 
-def _model() -> Cells:
-    loops, terms = loop_errors(), term_errors()
-    table: Cells = [["sets", "relative error of w'", "largest difference of the quaternion in closed loop"]]
-    return [*table, *([name, f"{terms[name]:.1e}", f"{loops[name]:.1e}"] for name in loops)]
+def _sampled(flight: Recording | None) -> str:
+    """Return the cell of a flight in the study of sampling."""
+    if flight is None:
+        return "-"
+    error, energy = fault_error_norm(flight, LATE), flight.energy(commanded=True)
+    return f"{final(flight):.1e}, {error:.3f} N m, {energy:.0f} N^2 m^2 s"
 
 
-def _sampling(flights: Flights) -> Cells:
-    table: Cells = [["period [s]", *INTEGRATIONS]]
-    for period in PERIODS:
-        cells = []
-        for name in INTEGRATIONS:
-            flight = flights.get(f"{name}, {period:g} s")
-            if flight is None:
-                cells.append("-")
-                continue
-            error = np.linalg.norm(fault_error(flight, LATE))
-            cells.append(f"{largest(flight, LATE):.1e}, {error:.3f} N m, {flight.energy(commanded=True):.0f} N^2 m^2 s")
-        table.append([f"{period:g}", *cells])
-    return table
+def _vibration(flights: Recordings) -> Cells:
+    def millijoules(flight: Recording, moment: float) -> str:
+        return f"{1e3 * energy_at(flight, moment):.3g}"
 
-
-def _vibration(flights: Flights) -> Cells:
     moments = (10.0, 30.0, 78.0, 90.0, 120.0, 195.0)
-    table: Cells = [["flight", *(f"{moment:g} s" for moment in moments), "torque at 160-200 s [N m]"]]
-    for name in (*SCHEMES, *OTHERS, "FASMC, healthy"):
-        flight = flights[name]
-        energies = [f"{1e3 * energy_at(flight, moment):.3g}" for moment in moments]
-        table.append([name, *energies, f"{shaking(flight, LATE):.3f}"])
-    return table
+    columns = {f"{moment:g} s": partial(millijoules, moment=moment) for moment in moments}
+    return table("flight", flights.chosen((*SCHEMES, *OTHERS, "FASMC, healthy")), {
+        **columns,
+        "torque at 160-200 s [N m]": lambda flight: f"{shaking(flight, LATE):.3f}",
+    })  # fmt: skip
 
 
-def evaluate(flights: Flights) -> Reproduction:
+def evaluate(flights: Recordings) -> Reproduction:
     """Judge the claims and draw the figures."""
-    compared = {name: flights[name] for name in SCHEMES}
-    own, learning = flights["FASMC"], flights["FASMC with ILO-class"]
-    shaken = {name: flights[name] for name in (*SCHEMES, "pd_dob", "pd_shaped")}
+    compared, own = flights.chosen(SCHEMES), flights["FASMC"]
+    shaken = flights.chosen((*SCHEMES, "pd_dob", "pd_shaped"))
     loops = closed_loops()
-    time = np.linspace(0.0, 40.0, len(loops["nonlinear"]))
-    return Reproduction(
-        claims(flights),
-        studies(flights),
-        {
-            "attitude": figures.attitude(compared),
-            "schemes": figures.errors({**compared, "FASMC solved": flights["FASMC solved"]}),
-            "torque": figures.torque(compared),
-            "energy": figures.histories(
-                {name: (flight.time, flight.spent(commanded=True)) for name, flight in compared.items()},
-                "integral of |u|$^2$ [N$^2$ m$^2$ s]",
-            ),
-            "faults": figures.torques_estimated(
-                {"FAFEO": (own, fault_torque(own)), "ILO-class": (learning, fault_torque(learning))}
-            ),
-            "vibration": figures.vibration_estimated(own),
-            "modes": figures.histories(
-                {name: (flight.time, np.maximum(flight.modal_energy[:, 0], 1e-9)) for name, flight in shaken.items()},
-                "energy of the modes [J]",
-                logarithmic=True,
-            ),
-            "model": figures.histories(
-                {name: (time, np.maximum(np.abs(loop - loops["nonlinear"]).max(axis=1), 1e-17))
-                 for name, loop in loops.items() if name != "nonlinear"},
-                "largest difference of the quaternion [-]",
-                logarithmic=True,
-            ),
-        },
-    )  # fmt: skip
+    truth = loops["nonlinear"]
+    apart = {name: np.maximum(np.abs(loops[name] - truth).max(axis=1), 1e-17) for name in MEMBERSHIPS}
+    time = np.linspace(0.0, DURATION, len(truth))
+    drawn = {
+        "attitude": figures.attitude(compared),
+        "schemes": figures.errors({**compared, "FASMC solved": flights["FASMC solved"]}),
+        "torque": figures.torque(compared),
+        "energy": figures.histories(
+            {name: (flight.time, flight.spent(commanded=True)) for name, flight in compared.items()},
+            "integral of |u|$^2$ [N$^2$ m$^2$ s]",
+        ),
+        "faults": figures.torques_estimated({"FAFEO": own, "ILO-class": flights["FASMC with ILO-class"]}, fault_torque),
+        "vibration": figures.vibration_estimated(own),
+        "modes": figures.histories(
+            {name: (flight.time, np.maximum(flight.modal_energy[:, 0], 1e-9)) for name, flight in shaken.items()},
+            "energy of the modes [J]",
+            logarithmic=True,
+        ),
+        "model": figures.histories(
+            {name: (time, difference) for name, difference in apart.items()},
+            "largest difference of the quaternion [-]",
+            logarithmic=True,
+        ),
+    }
+    return Reproduction(claims(flights), studies(flights), drawn)

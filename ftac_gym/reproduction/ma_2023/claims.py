@@ -1,29 +1,17 @@
-"""The claims of Ma, Wang and Wang 2023 about the law itself, and what its equations do in their example."""
+"""Claims of Ma, Wang and Wang 2023, judged by flights of their example; ``claims.toml`` holds their texts."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
-from ftac_gym.reproduction.claims import Claim, judge
-from ftac_gym.reproduction.flight import Flight
-from ftac_gym.reproduction.ma_2023.comparisons import comparisons
-from ftac_gym.reproduction.ma_2023.motion import (
-    arrival,
-    arrived,
-    first_torque,
-    held_to,
-    largest_torque,
-    peak,
-    printed_bound,
-    rate_error,
-    small,
-)
-from ftac_gym.reproduction.ma_2023.plans import FAULTY, SMOOTHINGS
-from ftac_gym.utils.parameters import FloatArray
-
-Flights = Mapping[str, Flight]
+from ftac_gym.reproduction.ma_2023 import measures
+from ftac_gym.reproduction.ma_2023.measures import arrival, arrived, small
+from ftac_gym.reproduction.ma_2023.plans import ANGLES, HYSTERESES, SIGNS, SMOOTHINGS
+from ftac_gym.reproduction.recorder import Recording, Recordings
+from ftac_gym.reproduction.verdicts import Claim, Finding, finding, written
+from ftac_gym.reproduction.wording import listed, percent
 
 LIMIT = 10.0
 """The largest torque of the actuators in the example [N m]."""
@@ -31,164 +19,193 @@ LIMIT = 10.0
 PROMISED = 8.6
 """The bound of the torque in the example [N m], to the digits of the print."""
 
-LAYER = 0.005
-"""Epsilon of (43) [rad/s]."""
-
 USABLE = "|u1_i|, g0 = 0.6"
-"""The mended law that the assumptions are about."""
+"""The corrected law of the assumptions."""
 
-MENDED = "|u1_i| in place of ||u1|| in (19) and g0 = 0.6, which is above the smallest effectiveness, 0.47"
+ETA = 0.1
+"""The hysteresis of flights whose name has no other."""
+
+EARLY = 10.0
+"""A time before the printed gains of section 5.2 chatter, sampled at 1 ms, for a second comparison of energies [s]."""
 
 
-def claims(flights: Flights) -> list[Claim]:
+def claims(flights: Recordings) -> list[Claim]:
     """Return the claims of the abstract, of sections 3 to 5 and of the conclusion."""
-    return [*_bounds(flights), *_compensation(flights), *_convergence(flights), *comparisons(flights)]
+    findings = {**_bounds(flights), **_compensation(flights), **_convergence(flights), **_unwinding(flights)}
+    return written("ma_2023", {**findings, **_energy(flights), **_output_feedback(flights)})
 
 
-def _both(flight: Flight) -> str:
+def _accuracy(flight: Recording) -> str:
     return f"5 deg {arrived(flight, 5.0)}, 1 deg {arrived(flight, 1.0)}, steady {flight.steady():.2f} deg"
 
 
-def _bounds(flights: Flights) -> list[Claim]:
-    names = ("printed", "g0 = 0.6", USABLE)
-    free = {name: peak(flights[f"5.1, {name}, unlimited"]) for name in names}
-    paper = flights["5.1, printed"].scenario
-    found = {name: largest_torque(paper, *FAULTY[name]) for name in names}
-    stated = printed_bound(paper, 0.2), printed_bound(paper, 0.6)
-    limited = {name: flights[f"5.1, {name}"] for name in names}
-    return [
-        Claim(
-            "abstract, (21), sec. 5.1", "the torque has a bound known beforehand, 8.6 N m in the example",
-            f"(21) gives {stated[0]:.1f} N m for g0 = 0.2 and {stated[1]:.2f} N m for g0 = 0.6; largest torque of "
-            "unlimited wheels in the example and over 20000 random states: "
-            + ", ".join(f"{name} {free[name]:.1f} and {found[name]:.1f} N m" for name in names),
-            judge(
-                round(stated[0], 1) <= PROMISED and max(free["printed"], found["printed"]) <= PROMISED,
-                max(free[USABLE], found[USABLE]) <= stated[1],
-            ),
-            f"{MENDED}; with the norm the bound is k + f + (1 - g0)/g0 (sqrt(3) k + f), f = J_M (c1^2 + c2)",
+def _bounds(flights: Recordings) -> dict[str, Finding]:
+    limited = flights.chosen(("printed", "g0 = 0.6", USABLE), "5.1, {}")
+    found = limited.measured(lambda flight: measures.largest_torque(flight.plan))
+    free = flights.chosen(limited, "5.1, {}, unlimited").measured(Recording.peak)
+    narrow, wide = (measures.printed_bound(limited["printed"].scenario, share) for share in (0.2, 0.6))
+    both = {name: (free[name], found[name]) for name in limited}
+    shares = {name: (free[name], 100 * flight.saturated()) for name, flight in limited.items()}
+    return {
+        "bound": finding(
+            round(narrow, 1) <= PROMISED and max(both["printed"]) <= PROMISED, max(both[USABLE]) <= wide,
+            narrow=narrow, wide=wide, largest=listed(both, "{:.1f} and {:.1f} N m"),
         ),
-        Claim(
-            "abstract, sec. 5.1, conclusion", "the gains keep the torque within the 10 N m of the wheels",
-            "largest torque of unlimited wheels, and share of time at the limit of 10 N m: "
-            + ", ".join(f"{name} {free[name]:.1f} N m, {100 * limited[name].saturated():.2g} %" for name in names),
-            judge(max(free["printed"], found["printed"]) <= LIMIT, max(free[USABLE], found[USABLE]) <= LIMIT),
-            f"{MENDED}; as printed the start already asks for more",
+        "limit": finding(
+            *(max(both[name]) <= LIMIT for name in ("printed", USABLE)), shares=listed(shares, "{:.1f} N m, {:.2g} %"),
         ),
-    ]  # fmt: skip
+    }  # fmt: skip
 
 
-def creeping(flight: Flight) -> tuple[float, float]:
-    """Return the largest |w_e,i| after 10 s [rad/s], and the share of that time with every one within the layer."""
-    speed = np.abs(rate_error(flight)[flight.time > 10.0, 0]).max(axis=1)
-    return float(speed.max()), float(np.mean(speed <= LAYER))
-
-
-def _compensation(flights: Flights) -> list[Claim]:
-    printed, bare, mended = (flights[f"5.1, {name}"] for name in ("printed", "without u2", USABLE))
-    long, along, componentwise = (flights[f"5.1, {name}"] for name in ("printed, long", "along S", "|u1_i|, g0 = 0.2"))
-    speed, within = creeping(printed)
-    sign, whole = flights["5.1, sign"], flights["5.1, printed, no fault"]
-    first = first_torque(printed)
-    paired = {name: (flights[f"5.1, {name}, no fault"], flights[f"5.1, {name}"]) for name in ("printed", USABLE)}
-    return [
-        Claim(
-            "sec. 5.1, Figs. 4, 5", "with the fault term u2 the errors converge fast",
-            f"as printed: {_both(printed)}, after {long.time[-1]:.0f} s still {long.error[-1, 0]:.1f} deg; |w_e,i| up "
-            f"to {speed:.4f} rad/s after 10 s. g0 = 0.6: {_both(flights['5.1, g0 = 0.6'])}; {USABLE}: {_both(mended)}; "
-            f"|u1_i|, g0 = 0.2: {_both(componentwise)}; along S, g0 = 0.2: {_both(along)}",
-            judge(arrival(printed, 5.0) <= 20.0, arrival(mended, 5.0) <= 20.0),
-            f"{MENDED}; fast: 5 deg within 20 s. As printed u2 opposes the turn and outweighs u1: a brake",
+def _compensation(flights: Recordings) -> dict[str, Finding]:
+    names = ("printed", "g0 = 0.6", "without u2", USABLE, "|u1_i|, g0 = 0.2", "along S", "sign", "printed, long")
+    schemes = flights.chosen(names, "5.1, {}")
+    text = schemes.measured(_accuracy)
+    printed, bare, usable, sign, long = (schemes[name] for name in ("printed", "without u2", USABLE, "sign", names[-1]))
+    whole = {name: flights[f"5.1, {name}, no fault"] for name in ("printed", "without u2", USABLE)}
+    fine, coarse = flights["fine: printed, no fault"], flights["hold: printed, 0.02 s"]
+    chatter = {name: flight.chatter() for name, flight in (("printed", printed), ("whole", whole["printed"]))}
+    (speed, within), covered = measures.creeping(printed), measures.compensating(printed, 0.8)
+    paired = {name: (_accuracy(whole[name]), text[name]) for name in ("printed", USABLE)}
+    return {
+        "with-u2": finding(
+            *(arrival(flight, 5.0) <= 20.0 for flight in (printed, usable)), text=text, end=long.time[-1],
+            left=long.error[-1, 0], speed=speed,
         ),
-        Claim(
-            "sec. 5.1, Figs. 1, 2", "without u2 the tracking takes more time",
-            f"without u2 {_both(bare)}; with it as printed {_both(printed)}; {USABLE}: {_both(mended)}",
-            judge(arrival(bare, 5.0) > arrival(printed, 5.0), arrival(bare, 5.0) > arrival(mended, 5.0)),
-            f"{MENDED}; judged by 5 deg: without u2 the disturbance keeps the error above 1 deg",
+        "without-u2": finding(*(arrival(bare, 5.0) > arrival(flight, 5.0) for flight in (printed, usable)), text=text),
+        "tolerance": finding(
+            *(flight.steady() < 1.0 for flight in (printed, usable)), paired=listed(paired, "{} and {}", "; ", ": "),
+            whole=_accuracy(whole["without u2"]), bare=text["without u2"],
+            calm=flights["5.1, without u2, no disturbance"].steady(),
         ),
-        Claim(
-            "abstract, conclusion", "the law tolerates a partial loss of effectiveness",
-            "healthy and with faults: "
-            + "; ".join(f"{name}: {_both(before)} and {_both(after)}" for name, (before, after) in paired.items())
-            + f"; without u2: {_both(flights['5.1, without u2, no fault'])} and {_both(bare)}, steady without "
-            f"disturbance {flights['5.1, without u2, no disturbance'].steady():.2f} deg",
-            judge(paired["printed"][1].steady() < 1.0, paired[USABLE][1].steady() < 1.0),
-            f"{MENDED}; tolerated: within 1 deg throughout the last 10 s. Without u2 the law tolerates half the torque "
-            "as well, but not the disturbance on top",
+        "saturation": finding(
+            max(chatter.values()) < 0.01 * sign.chatter(), fine.chatter() < 0.01 * sign.chatter(), **chatter,
+            sign=sign.chatter(), limited=percent(sign.saturated()), fine=fine.chatter(), coarse=coarse.chatter(),
         ),
-        Claim(
-            "Remark 4, (43)", "a saturation function instead of the sign takes the chatter away",
-            f"sampled at 10 ms: sign {sign.chatter():.0f} N m/s and {100 * sign.saturated():.0f} % of the time "
-            f"at the limit, saturation function {printed.chatter():.1f} N m/s; with healthy wheels "
-            f"{whole.chatter():.0f} N m/s at 10 ms and {flights['fine: printed, no fault'].chatter():.1f} N m/s at 2 "
-            f"ms; with faults at 20 ms {flights['hold: printed, 0.02 s'].chatter():.0f} N m/s",
-            judge(max(printed.chatter(), whole.chatter()) < 0.01 * sign.chatter(),
-                  flights["fine: printed, no fault"].chatter() < 0.01 * sign.chatter()),
-            "sampled fast enough: within the layer the gain of w_e is (1 - g0)/g0 ||u1|| / layer, up to 7000 N m s/rad",
+        "inequality": finding(
+            covered > 0.99, covered=percent(covered, 1), within=percent(within, 1), sign=text["sign"],
         ),
-        Claim(
-            "(36)", "the inequality that makes u2 cover the loss of effectiveness holds with (43), too",
-            f"it holds in {100 * held_to(printed, first, 0.8):.1f} % of the time; all |w_e,i| are within the layer in "
-            f"{100 * within:.1f} % of that after 10 s. With the sign: {_both(sign)}",
-            judge(held_to(printed, first, 0.8) > 0.99),
-            "it asks for |w_e,i| beyond the layer, where the printed law hardly ever is. With the sign it holds by its "
-            "algebra, and the law stops at w_e = 0, wherever that is",
-        ),
-    ]  # fmt: skip
+    }  # fmt: skip
 
 
-def stays(flight: Flight, angle: float = 0.1) -> FloatArray:
-    """Return which craft are off by more than an angle [deg] at the end, (N,)."""
-    off: FloatArray = flight.error[-1] > angle
-    return off
-
-
-def _convergence(flights: Flights) -> list[Claim]:
+def _convergence(flights: Recordings) -> dict[str, Finding]:
     printed, gentle = flights["starts, printed"], flights["starts, gains of 5.1"]
-    left = stays(printed), stays(gentle)
+    left, left_gentle = measures.left_off(printed), measures.left_off(gentle)
     moving, bare = flights["5.2, printed, no disturbance"], flights["5.2, gains of 5.1, no disturbance"]
-    faulty = {name: flights[f"5.1, {name}"] for name in ("printed", "without u2", USABLE, "floor")}
-    calm = {name: flights[f"5.1, {name}, no disturbance"] for name in faulty}
-    slow = {value: arrival(flights[f"delta = {value}"], 1.0) for value in SMOOTHINGS}
-    return [
-        Claim(
-            "Theorem 1", "the errors tend to zero from every start",
-            f"start of sec. 5.2, no fault, no disturbance: gains of 5.2 {moving.error[-1, 0]:.2f} deg left after "
-            f"{moving.time[-1]:.0f} s, gains of 5.1 {small(bare.error[-1, 0])}. {len(left[0])} random attitudes at "
-            f"rest: gains of 5.2, {int(left[0].sum())} stay more than 0.1 deg off, by up to "
-            f"{printed.error[-1].max():.0f} deg; gains of 5.1, {int(left[1].sum())}, largest error "
-            f"{small(gentle.error[-1].max())}",
-            judge(not left[0].any() and moving.error[-1, 0] < 0.1, not left[1].any() and bare.error[-1, 0] < 0.1),
-            "gains of 5.1; V is zero for g = 0, w_e = 0 and any attitude, and the gains of 5.2 take g there",
+    faulty = flights.chosen(("printed", "without u2", USABLE, "floor"), "5.1, {}").measured(Recording.steady)
+    calm = flights.chosen(faulty, "5.1, {}, no disturbance").measured(Recording.steady)
+    paced = flights.chosen(("4", "0.75", "0.25"), "disturbance {} times as fast").measured(Recording.steady)
+    smooth = flights.chosen([f"delta = {value}" for value in SMOOTHINGS])
+    slow = list(smooth.measured(partial(arrival, angle=1.0)).values())
+    return {
+        "theorem-1": finding(
+            not left.any() and bool(moving.error[-1, 0] < 0.1), not left_gentle.any() and bool(bare.error[-1, 0] < 0.1),
+            moving=moving.error[-1, 0], end=moving.time[-1], bare=small(bare.error[-1, 0]), starts=len(left),
+            count=left.sum(), worst=printed.error[-1].max(), count_gentle=left_gentle.sum(),
+            worst_gentle=small(gentle.error[-1].max()),
         ),
-        Claim(
-            "abstract, (38)", "they do so asymptotically in spite of disturbances",
-            "largest error of the last 10 s in sec. 5.1, with and without disturbance: "
-            + ", ".join(f"{name} {faulty[name].steady():.3f} and {calm[name].steady():.3f} deg" for name in faulty)
-            + f"; without u2 and faults {flights['5.1, without u2, no fault'].steady():.3f} and "
-            f"{small(flights['5.2, gains of 5.1, no disturbance'].steady())} (start of sec. 5.2)",
-            judge(faulty["printed"].steady() < 1e-2, max(faulty[USABLE].steady(), faulty["floor"].steady()) < 1e-2),
-            "near the target the law is a spring and a damper of finite stiffness, without integral action; the faults "
-            "leave an error, too, as they take half of the feed-forward",
+        "asymptotic": finding(
+            faulty["printed"] < 1e-2, max(faulty[USABLE], faulty["floor"]) < 1e-2,
+            errors=listed({name: (faulty[name], calm[name]) for name in faulty}, "{:.3f} and {:.3f} deg"),
+            whole=flights["5.1, without u2, no fault"].steady(), bare=small(bare.steady()),
         ),
-        Claim(
-            "conclusion", "the control is robust against the disturbance",
-            f"largest error of the last 10 s: {USABLE} {faulty[USABLE].steady():.2f} deg, floor "
-            f"{faulty['floor'].steady():.2f} deg; without u2 {faulty['without u2'].steady():.2f} deg, or "
-            f"{flights['disturbance 4 times as fast'].steady():.2f}, "
-            f"{flights['disturbance 0.75 times as fast'].steady():.2f} and "
-            f"{flights['disturbance 0.25 times as fast'].steady():.2f} deg if the disturbance is 4, 0.75 and 0.25 "
-            "times as fast",
-            judge(faulty["printed"].steady() < 1.0, faulty[USABLE].steady() < 1.0),
-            f"{MENDED}; robust: within 1 deg. The disturbance is about the law's resonance, which u2 damps",
+        "robust": finding(
+            faulty["printed"] < 1.0, faulty[USABLE] < 1.0, usable_error=faulty[USABLE], floor=faulty["floor"],
+            bare=faulty["without u2"], paced="{:.2f}, {:.2f} and {:.2f}".format(*paced.values()),
         ),
-        Claim(
-            "Remark 5", "a large delta slows the convergence",
-            "without disturbance and u2, 1 deg after: "
-            + ", ".join(f"delta = {value} {arrived(flights[f'delta = {value}'], 1.0)}" for value in SMOOTHINGS)
-            + ", energy " + ", ".join(f"{flights[f'delta = {value}'].energy():.0f}" for value in SMOOTHINGS)
-            + " N^2 m^2 s",
-            judge(slow[SMOOTHINGS[0]] < slow[SMOOTHINGS[1]] < slow[SMOOTHINGS[2]]),
-            "gains of 5.1 but for delta",
+        "delta": finding(
+            slow[0] < slow[1] < slow[2], times=listed(smooth.measured(partial(arrived, angle=1.0))),
+            energies=", ".join(f"{flight.energy():.0f}" for flight in smooth.values()),
         ),
-    ]  # fmt: skip
+    }  # fmt: skip
+
+
+def long_ways(flights: Recordings, name: str) -> tuple[int, int]:
+    """Return the number of long ways round, and that of the starts beyond the hysteresis, |e_4| > 0.1."""
+    beyond = [angle for angle in ANGLES if np.cos(np.radians(0.5 * angle)) > ETA]
+    others = [measures.went_round(flights[f"way: {name}, {angle} deg, {sign}"]) for angle in beyond for sign in SIGNS]
+    return sum(int(other.sum()) for other in others), sum(len(other) for other in others)
+
+
+def _path(flights: Recordings, name: str, angle: int) -> float:
+    """Return the median path over the shortest one from an angle [deg] with q4 < 0."""
+    return float(np.median(flights[f"way: {name}, {angle} deg, q4 < 0"].path_ratio()))
+
+
+def _unwinding(flights: Recordings) -> dict[str, Finding]:
+    chosen = flights.chosen(("printed", "printed, h = 1", "gains of 5.1", "AFNTSMC"), "5.2, {}")
+    ends = chosen.measured(lambda flight: float(measures.signed_error(flight)[-1, 0, 0]))
+    left = chosen.measured(lambda flight: flight.error[-1, 0])
+    names = ("HSFC", "HSFC, h = 1", "AFNTSMC", "AFNTSMC, eta = 0.1", "SHOPD+")
+    ways = {name: long_ways(flights, name) for name in names}
+    base = flights[f"eta = {ETA}"]
+    apart = [float(np.abs(flights[f"eta = {eta}"].error - base.error).max()) for eta in HYSTERESES]
+    usual, wide = (tuple(_path(flights, name, angle) for angle in (140, 165)) for name in ("HSFC", "HSFC, eta = 0.5"))
+    return {
+        "way-round": finding(
+            ends["printed"] < -0.99 and ends["AFNTSMC"] > 0.99, ends=listed(ends, "{:.4f}"), left=left,
+        ),
+        "unwinding": finding(ways["HSFC"][0] == 0, ways=listed(ways, "{} of {}")),
+        "hysteresis": finding(
+            min(wide) > max(1.0, min(usual)) and max(apart[:-1]) < 1e-6, below=small(max(apart[:-1])), apart=apart[-1],
+            paths=listed({"eta = 0.1": usual, "eta = 0.5": wide}, "{:.2f} and {:.2f}", "; "),
+        ),
+    }  # fmt: skip
+
+
+def _energy(flights: Recordings) -> dict[str, Finding]:
+    names = ("printed", "gains of 5.1", "floor", "AFNTSMC", "AFNTSMC, other sign", "AFNTSMC, unlimited")
+    energies = flights.chosen(names, "5.2, {}").measured(lambda flight: (flight.energy(), flight.energy(EARLY)))
+    printed, gentle, rival, short = (energies[name] for name in (*names[:2], "AFNTSMC", "AFNTSMC, other sign"))
+    long = flights["5.2, gains of 5.1, h = 1"].energy()
+    return {
+        "energy": finding(
+            printed[0] < rival[0], gentle[0] < rival[0] and printed[1] < rival[1],
+            energies=listed(energies, "{:.0f} ({:.0f} by 10 s)"), fine=flights["step: 0.0005 s"].energy(EARLY),
+        ),
+        "long-way": finding(
+            rival[0] > short[0] and long > gentle[0], rival=rival[0], rival_short=short[0], long=long, short=gentle[0],
+        ),
+    }  # fmt: skip
+
+
+def _output_feedback(flights: Recordings) -> dict[str, Finding]:
+    rival, names = "SHOPD+", ("printed", "gains of 5.1", "SHOPD+", "SHOPD+, q_c = 0")
+    healthy = flights.chosen(names, "5.2, {}")
+    faulty = flights.chosen(("printed", "without u2", USABLE, *names[2:]), "5.1, {}")
+    calm = flights.chosen(names[:3], "5.2, {}, no disturbance").measured(Recording.steady)
+    steady = healthy.measured(Recording.steady)
+    tracked = {name: (f"{steady[name]:.2f} deg", small(calm[name]), f"{healthy[name].peak():.1f} N m") for name in calm}
+    costs, costs_faulty = (
+        group.measured(lambda flight: (flight.peak(), flight.energy(EARLY), flight.energy()))
+        for group in (healthy, faulty)
+    )
+    times, times_faulty = (
+        group.measured(lambda flight: (arrived(flight, 1.0), arrived(flight, 5.0))) for group in (healthy, faulty)
+    )
+    soon, soon_faulty = (group.measured(partial(arrival, angle=5.0)) for group in (healthy, faulty))
+
+    def less(name: str, name_faulty: str) -> bool:
+        """Whether torque and energies are all smaller than those of SHOPD+, healthy and with faults."""
+        pairs = [*zip(costs[name], costs[rival], strict=True)]
+        pairs += zip(costs_faulty[name_faulty], costs_faulty[rival], strict=True)
+        return all(ours < theirs for ours, theirs in pairs)
+
+    def sooner(name: str, name_faulty: str) -> bool:
+        return soon[name] < soon[rival] and soon_faulty[name_faulty] < soon_faulty[rival]
+
+    return {
+        "tracking": finding(
+            max(steady["printed"], steady[rival]) < 1.0, max(calm["gains of 5.1"], calm[rival]) < 1.0,
+            tracked=listed(tracked, "{}, {}, {}"),
+        ),
+        "transient": finding(
+            sooner("printed", "printed"), sooner("gains of 5.1", USABLE),
+            healthy=listed(times, "{}, {}"), faulty=listed(times_faulty, "{}, {}"),
+        ),
+        "torque": finding(
+            less("printed", "printed"), less("gains of 5.1", USABLE), end=healthy[rival].time[-1],
+            healthy=listed(costs, "{:.1f} N m, {:.0f} and {:.0f}"),
+            faulty=listed(costs_faulty, "{:.1f} N m, {:.0f} and {:.0f}"),
+        ),
+    }  # fmt: skip

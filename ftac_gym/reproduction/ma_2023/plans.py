@@ -1,23 +1,25 @@
-"""The flights that the claims of Ma, Wang and Wang 2023 ask for."""
+"""Flights for the claims of Ma, Wang and Wang 2023."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import product
 from typing import Any
 
 from ftac_gym import scenarios
-from ftac_gym.reproduction.flight import Plan
+from ftac_gym.reproduction.recorder import Plan
 from ftac_gym.reproduction.variations import UNLIMITED, sampled, with_limit
 from ftac_gym.task.disturbances import Disturbance
 from ftac_gym.task.initial_state import InitialState
 from ftac_gym.task.references import fixed_attitude
 from ftac_gym.task.scenario import Scenario
 
-Law = tuple[str, Mapping[str, Any]]
+Tuned = tuple[str, Mapping[str, Any]]
+"""Baseline and its gains."""
 
-FAULTY: dict[str, Law] = {
+FAULTY: dict[str, Tuned] = {
     "printed": ("hsfc", {}),
     "g0 = 0.6": ("hsfc", {"smallest_effectiveness": 0.6}),
     "without u2": ("hsfc", {"smallest_effectiveness": 1.0}),
@@ -30,12 +32,12 @@ FAULTY: dict[str, Law] = {
     "SHOPD+": ("shopd_plus", {}),
     "SHOPD+, q_c = 0": ("shopd_plus_zero_filter", {}),
 }
-"""Laws in the example of section 5.1, by how they are called in the report; those without a name are HSFC."""
+"""Baselines in the example of section 5.1, by their names in the report; those without a name are HSFC."""
 
 PRINTED_HEALTHY: Mapping[str, Any] = {"adaptation": 0.1, "smoothing": 0.01, "smallest_effectiveness": 1.0}
 """The gains of section 5.2."""
 
-HEALTHY: dict[str, Law] = {
+HEALTHY: dict[str, Tuned] = {
     "printed": ("hsfc", PRINTED_HEALTHY),
     "printed, h = 1": ("hsfc", {**PRINTED_HEALTHY, "hysteresis": None}),
     "gains of 5.1": ("hsfc", {"smallest_effectiveness": 1.0}),
@@ -45,9 +47,9 @@ HEALTHY: dict[str, Law] = {
     "SHOPD+": ("shopd_plus", {}),
     "SHOPD+, q_c = 0": ("shopd_plus_zero_filter", {}),
 }
-"""Laws in the example of section 5.2."""
+"""Baselines in the example of section 5.2."""
 
-WAYS: dict[str, Law] = {
+WAYS: dict[str, Tuned] = {
     "HSFC": ("hsfc", {"smallest_effectiveness": 1.0}),
     "HSFC, eta = 0.5": ("hsfc", {"smallest_effectiveness": 1.0, "hysteresis": 0.5}),
     "HSFC, h = 1": ("hsfc", {"smallest_effectiveness": 1.0, "hysteresis": None}),
@@ -55,13 +57,16 @@ WAYS: dict[str, Law] = {
     "AFNTSMC, eta = 0.1": ("afntsmc", {"hysteresis": 0.1}),
     "SHOPD+": ("shopd_plus", {}),
 }
-"""Laws whose way round is measured."""
+"""Baselines whose way round is measured."""
 
 HELD = ("printed", "|u1_i|, g0 = 0.6", "without u2", "along S", "floor", "AFNTSMC", "SHOPD+")
-"""Laws of section 5.1 that are sampled."""
+"""Baselines of section 5.1 in the study of sampling."""
 
 ADAPTING = ("5.1, printed", "5.1, without u2", "5.1, |u1_i|, g0 = 0.6", "5.2, printed", "5.2, gains of 5.1")
-"""Flights whose adaptive gain is drawn."""
+"""Flights with a figure of their adaptive gain."""
+
+BOUNDED = ("printed", "g0 = 0.6", "|u1_i|, g0 = 0.2", "|u1_i|, g0 = 0.6")
+"""Baselines of section 5.1 whose largest torque is compared with a bound."""
 
 ANGLES = (20, 60, 100, 140, 165, 175)
 PERIODS = (0.001, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2)
@@ -69,84 +74,78 @@ STEPS = (0.01, 0.002, 0.001, 0.0005)
 HYSTERESES = (0.05, 0.1, 0.5, 0.88, 0.9)
 PACES = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 4.0)
 SMOOTHINGS = (0.05, 0.2, 0.8)
-SIGNS = ("q4 > 0", "q4 < 0")
+SIGNS = {"q4 > 0": False, "q4 < 0": True}
+"""Signs of the scalar at the start, and whether the quaternion is flipped for them."""
 
 
 def plans() -> dict[str, Plan]:
     """Return every flight that the claims and the studies need, by name."""
     faulty, healthy = scenarios.get("ma_2023_faulty"), scenarios.get("ma_2023_unwinding")
-    found = {**_faulty(faulty), **_healthy(healthy), **_ways(healthy), **_variations(faulty, healthy)}
-    return {**found, **{name: replace(found[name], kept=("gamma",)) for name in (*ADAPTING, "starts, printed")}}
+    found = {**_faulty(faulty), **_healthy(healthy), **_at_rest(healthy)}
+    return {**found, **{name: replace(found[name], recorded=("gamma",)) for name in (*ADAPTING, "starts, printed")}}
 
 
 def _faulty(paper: Scenario) -> dict[str, Plan]:
-    found = {f"5.1, {name}": Plan(paper, *law) for name, law in FAULTY.items()}
+    """Return flights in the example of section 5.1."""
+    whole, free = paper.replace(faults=None), with_limit(paper.replace(duration=20.0), UNLIMITED)
+    found = {f"5.1, {name}": Plan(paper, *tuned) for name, tuned in FAULTY.items()}
     for name in ("printed", "without u2", "|u1_i|, g0 = 0.6", "along S", "floor"):
-        found[f"5.1, {name}, no fault"] = Plan(paper.replace(faults=None), *FAULTY[name])
+        found[f"5.1, {name}, no fault"] = Plan(whole, *FAULTY[name])
         found[f"5.1, {name}, no disturbance"] = Plan(paper.replace(disturbance=None), *FAULTY[name])
-    for name in ("printed", "g0 = 0.6", "|u1_i|, g0 = 0.2", "|u1_i|, g0 = 0.6"):
-        found[f"5.1, {name}, unlimited"] = Plan(with_limit(paper.replace(duration=20.0), UNLIMITED), *FAULTY[name])
+    for name in BOUNDED:
+        found[f"5.1, {name}, unlimited"] = Plan(free, *FAULTY[name])
     found["5.1, printed, long"] = Plan(paper.replace(duration=500.0), *FAULTY["printed"])
-    found["fine: printed, no fault"] = Plan(sampled(paper.replace(faults=None), 0.002, 20.0), *FAULTY["printed"])
-    found["5.1, SHOPD+, no fault"] = Plan(paper.replace(faults=None), "shopd_plus")
+    found["fine: printed, no fault"] = Plan(sampled(whole, 0.002, 20.0), *FAULTY["printed"])
+    found["5.1, SHOPD+, no fault"] = Plan(whole, "shopd_plus")
+    for pace in PACES:
+        paced = paper.replace(disturbance=_paced(paper, pace))
+        found[f"disturbance {pace:g} times as fast"] = Plan(paced, *FAULTY["without u2"])
+    for name, period in product(HELD, PERIODS):
+        found[f"hold: {name}, {period} s"] = Plan(sampled(paper, period, 20.0), *FAULTY[name])
     return found
 
 
 def _healthy(paper: Scenario) -> dict[str, Plan]:
-    found = {f"5.2, {name}": Plan(paper, *law) for name, law in HEALTHY.items()}
+    """Return flights in the example of section 5.2."""
+    calm, free = paper.replace(disturbance=None), with_limit(paper, UNLIMITED)
+    found = {f"5.2, {name}": Plan(paper, *tuned) for name, tuned in HEALTHY.items()}
     for name in ("printed", "gains of 5.1", "AFNTSMC", "SHOPD+"):
         found[f"5.2, {name}, other sign"] = Plan(paper, *HEALTHY[name], flipped=True)
-        found[f"5.2, {name}, no disturbance"] = Plan(paper.replace(disturbance=None), *HEALTHY[name])
-    for flipped, name in ((False, "unlimited"), (True, "unlimited, other sign")):
-        found[f"5.2, AFNTSMC, {name}"] = Plan(with_limit(paper, UNLIMITED), "afntsmc", flipped=flipped)
+        found[f"5.2, {name}, no disturbance"] = Plan(calm, *HEALTHY[name])
+    found["5.2, AFNTSMC, unlimited"] = Plan(free, "afntsmc")
+    found["5.2, AFNTSMC, unlimited, other sign"] = Plan(free, "afntsmc", flipped=True)
+    for eta in HYSTERESES:
+        found[f"eta = {eta}"] = Plan(paper.replace(duration=20.0), "hsfc", {**PRINTED_HEALTHY, "hysteresis": eta})
+    for value in SMOOTHINGS:
+        found[f"delta = {value}"] = Plan(calm, "hsfc", {"smallest_effectiveness": 1.0, "smoothing": value})
+    for step in STEPS:
+        found[f"step: {step} s"] = Plan(sampled(paper, step, 20.0), *HEALTHY["printed"])
     return found
 
 
-def _ways(paper: Scenario) -> dict[str, Plan]:
-    rest = sampled(paper.replace(reference=fixed_attitude(), disturbance=None), 0.05, 40.0)
-    return {
-        f"way: {name}, {angle} deg, {sign}": Plan(
-            rest.replace(initial_state=InitialState(angle=math.radians(angle))), *law, seed=1, craft=12,
-            flipped=sign == SIGNS[1],
-        )
-        for name, law in WAYS.items() for angle in ANGLES for sign in SIGNS
-    }  # fmt: skip
-
-
-def _variations(faulty: Scenario, healthy: Scenario) -> dict[str, Plan]:
-    """Return the flights of the studies, and those that a single claim needs."""
+def _at_rest(paper: Scenario) -> dict[str, Plan]:
+    """Return flights to a reference at rest, without disturbance."""
     found = {}
-    calm = healthy.replace(reference=fixed_attitude(), disturbance=None)
-    starts = calm.replace(initial_state=InitialState(angle=(math.radians(5.0), math.radians(175.0))))
+    calm = paper.replace(reference=fixed_attitude(), disturbance=None)
+    for (name, tuned), angle, (sign, flipped) in product(WAYS.items(), ANGLES, SIGNS.items()):
+        turn = sampled(calm, 0.05, 40.0).replace(initial_state=InitialState(angle=math.radians(angle)))
+        found[f"way: {name}, {angle} deg, {sign}"] = Plan(turn, *tuned, seed=1, num_spacecraft=12, flipped=flipped)
     for name in ("printed", "gains of 5.1"):
         found[f"rest, {name}"] = Plan(calm, *HEALTHY[name])
-    # The printed gains get stiff where g goes to zero; those of 5.1 are slow.
-    found["starts, printed"] = Plan(sampled(starts, 0.002, 40.0), *HEALTHY["printed"], seed=2, craft=48)
-    found["starts, gains of 5.1"] = Plan(sampled(starts, 0.05, 120.0), *HEALTHY["gains of 5.1"], seed=2, craft=48)
-    for eta in HYSTERESES:
-        found[f"eta = {eta}"] = Plan(healthy.replace(duration=20.0), "hsfc", {**PRINTED_HEALTHY, "hysteresis": eta})
-    for pace in PACES:
-        paced = faulty.replace(disturbance=_paced(faulty, pace))
-        found[f"disturbance {pace:g} times as fast"] = Plan(paced, *FAULTY["without u2"])
-    for value in SMOOTHINGS:
-        gains = {"smallest_effectiveness": 1.0, "smoothing": value}
-        found[f"delta = {value}"] = Plan(healthy.replace(disturbance=None), "hsfc", gains)
-    for step in STEPS:
-        found[f"step: {step} s"] = Plan(sampled(healthy, step, 20.0), *HEALTHY["printed"])
-    for name in HELD:
-        for period in PERIODS:
-            found[f"hold: {name}, {period} s"] = Plan(sampled(faulty, period, 20.0), *FAULTY[name])
+    starts = calm.replace(initial_state=InitialState(angle=(math.radians(5.0), math.radians(175.0))))
+    # The printed gains become stiff where g goes to zero; those of 5.1 are slow.
+    for name, period, duration in (("printed", 0.002, 40.0), ("gains of 5.1", 0.05, 120.0)):
+        random = sampled(starts, period, duration)
+        found[f"starts, {name}"] = Plan(random, *HEALTHY[name], seed=2, num_spacecraft=48)
     return found
 
 
 def _paced(scenario: Scenario, pace: float) -> Disturbance:
-    """Return the disturbance of a scenario, so many times as fast."""
+    """Return the disturbance of a scenario with all frequencies times a factor."""
     disturbance = scenario.disturbance
     assert isinstance(disturbance, Disturbance)
-    return replace(
-        disturbance,
-        harmonics=tuple(
-            replace(harmonic, frequency=pace * harmonic.frequency)  # type: ignore[operator]
-            for harmonic in disturbance.harmonics
-        ),
+    harmonics = tuple(
+        replace(harmonic, frequency=pace * harmonic.frequency)  # type: ignore[operator]
+        for harmonic in disturbance.harmonics
     )
+    return replace(disturbance, harmonics=harmonics)

@@ -1,13 +1,14 @@
-"""The flights that the claims of Zhang and Zhou 2019 ask for."""
+"""Flights for the claims of Zhang and Zhou 2019."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import product
 from typing import Any
 
 from ftac_gym import scenarios
 from ftac_gym.faults import FaultSchedule, Outage
-from ftac_gym.reproduction.flight import Plan
+from ftac_gym.reproduction.recorder import Plan
 from ftac_gym.reproduction.variations import UNLIMITED, sampled, with_limit
 from ftac_gym.task.initial_state import InitialState
 
@@ -15,13 +16,13 @@ PERIODS = (0.001, 0.01, 0.05, 0.1, 0.2)
 LAYERS = (0.0, 0.05, 0.2)
 TRACKING, STABILISATION = "zhang_zhou_tracking", "zhang_zhou_stabilisation"
 CONSTANT: Mapping[str, Any] = {"layer": 0.0, "reaching_switching": 3.0, "reaching_steepness": 0.0}
-"""The largest gain of the exponential reaching law, at every distance."""
+"""Largest gain of the exponential reaching law, at every distance."""
 AUXILIARY: Mapping[str, Any] = {"anti_saturation": {}}
 AS_PRINTED: Mapping[str, Any] = {"layer": 0.0, "faults": "asmo_printed", "anti_saturation": {}}
 SCALED: Mapping[str, Any] = {"gain": 1000.0, "surface_gain": 0.8}
 """Gains of the Shen-class law for this body and these wheels: published ones are for 0.2 N m and a lighter body."""
 SAMPLED = {"stabilisation": 30.0, "tracking": 45.0}
-"""How long the sampling studies fly [s]: until what the faults at 10 s stirred up has died away."""
+"""Duration of the sampling studies [s]: the transient of the faults at 10 s has decayed by then."""
 
 
 def plans() -> dict[str, Plan]:
@@ -29,6 +30,7 @@ def plans() -> dict[str, Plan]:
     printed = scenarios.get("zhang_zhou_2019")
     feasible = scenarios.get("zhang_zhou_2019_feasible")
     rest = scenarios.get("zhang_zhou_2019_stabilisation")
+    starts = rest.replace(initial_state=InitialState(max_rate=0.5), duration=40.0)
     found = {
         "as printed, 5 N m": Plan(printed, TRACKING, AS_PRINTED),
         "as printed, 2 N m": Plan(scenarios.get("zhang_zhou_2019_2nm"), TRACKING, AS_PRINTED),
@@ -65,17 +67,15 @@ def plans() -> dict[str, Plan]:
         "stabilisation, 2 N m": Plan(with_limit(rest, 2.0), STABILISATION),
         "stabilisation, unlimited": Plan(with_limit(rest, UNLIMITED), STABILISATION),
         "stabilisation, undisturbed": Plan(rest.replace(disturbance=None, inertia_uncertainty=None), STABILISATION),
-        "random starts": Plan(
-            rest.replace(initial_state=InitialState(max_rate=0.5), duration=40.0), STABILISATION, seed=1, craft=64
-        ),
+        "random starts": Plan(starts, STABILISATION, seed=1, num_spacecraft=64),
         "auxiliary, 10 ms": Plan(sampled(rest, 0.01, 25.0), STABILISATION, AUXILIARY),
         "auxiliary, 1 ms": Plan(sampled(rest, 0.001, 25.0), STABILISATION, AUXILIARY),
         "auxiliary, fine": Plan(sampled(rest, 0.01, 25.0), STABILISATION, {"anti_saturation": {"substeps": 1000}}),
     }  # fmt: skip
-    for name, scenario, law in (("stabilisation", rest, STABILISATION), ("tracking", feasible, TRACKING)):
-        for period in PERIODS:
-            # The widest layer hides the step: at the smallest step it is left out.
-            for layer in LAYERS if period > PERIODS[0] else LAYERS[:-1]:
-                slow = sampled(scenario, period, SAMPLED[name])
-                found[f"{name}, {period} s, layer {layer}"] = Plan(slow, law, {"layer": layer})
+    for name, scenario, baseline in (("stabilisation", rest, STABILISATION), ("tracking", feasible, TRACKING)):
+        for period, layer in product(PERIODS, LAYERS):
+            # The widest layer hides the effect of the step: at the smallest step it is left out.
+            if (period, layer) != (PERIODS[0], LAYERS[-1]):
+                held = sampled(scenario, period, SAMPLED[name])
+                found[f"{name}, {period} s, layer {layer}"] = Plan(held, baseline, {"layer": layer})
     return found
