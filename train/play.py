@@ -1,8 +1,9 @@
-"""Watch a policy fly, alone or beside a second one on the same episode, and break its wheels.
+"""Show a policy, alone or beside a second one on the same episode, and add faults to its wheels.
 
-In the window: Tab chooses a kind of fault, a digit lets it strike that wheel (or the sensors), Shift and a digit mends
-the wheel, Backspace mends all; Space pauses, Right steps, Up and Down change the speed; R flies the same episode again,
-N the next one; V starts and ends a film; Q quits. With --output nothing is shown and a film is written.
+In the window, Tab chooses a kind of fault. A digit adds it to that wheel (or to the sensors); Shift and a digit clears
+the faults of the wheel, Backspace clears all. Space pauses, Right steps, Up and Down change the speed. R starts the
+same episode again, N the next one. V starts and ends a film; Q quits. With --output, a film is written and no window
+is opened.
 
 Examples
 --------
@@ -27,27 +28,28 @@ from ftac_gym.faults import FaultSchedule
 from ftac_gym.faults.specification import parse
 from ftac_gym.scenarios import frozen
 from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.console import exit_on
 from ftac_gym.viewer import Film, Screen, Session
 from ftac_gym.viewer.keys import press
 
 STILL = 2.0
-"""How long a film rests on its last frame [s]."""
+"""Time for which a film shows its last frame [s]."""
 
 
 @dataclass(frozen=True)
 class Config:
-    """What to watch."""
+    """Policies to show, and their episode."""
 
     policy: str = "agent"
-    """"agent" (the shipped residual of the scenario, else the flagship's), a shipped agent's name, a baseline's name,
-    "NAME tuned" for its tuned gains, an agent's folder or a Stable-Baselines3 zip."""
+    """A baseline's name, "NAME tuned" for its tuned gains, "agent" (the shipped residual of the scenario, or of the
+    flagship), another shipped agent's name, an agent's folder, or a Stable-Baselines3 zip."""
     against: str | None = None
     """A second policy, side by side on the same episode."""
     scenario: str = "flagship"
     """Scenario."""
     fault: tuple[str, ...] = ()
     """Faults instead of the scenario's own, such as seizure:2@15 (wheel 2, after 15 s) or
-    loss_of_effectiveness:0@10,effectiveness=0.3; "none" for a healthy craft."""
+    loss_of_effectiveness:0@10,effectiveness=0.3; "none" for a healthy spacecraft."""
     seed: int | None = None
     """Seed of the episodes; by default that of the scenario's frozen test episodes, else 0."""
     episode: int = 0
@@ -61,15 +63,15 @@ class Config:
     height: int = 640
     """Of the picture [pixels]."""
     output: Path | None = None
-    """Write a film (.mp4 or .gif) instead of opening a window."""
+    """File of a film (.mp4 or .gif), written instead of opening a window."""
     seconds: float | None = None
-    """Film so many seconds of the episode; None for all of it."""
+    """Length of the film in seconds of the episode; None for all of it."""
     films: Path = Path("results/films")
-    """Folder for films that are begun in the window."""
+    """Folder of films that are started in the window."""
 
 
 def task(config: Config) -> Scenario:
-    """Return the scenario with the faults that were asked for."""
+    """Return the scenario with the faults of the command line."""
     scenario = scenarios.get(config.scenario)
     if config.fault == ("none",):
         return scenario.replace(faults=None)
@@ -106,7 +108,7 @@ def film(config: Config, session: Session, path: Path) -> None:
 
 
 def watch(config: Config, session: Session) -> None:
-    """Show a session in a window until its user has seen enough."""
+    """Show a session in a window until it is closed."""
     pygame = drawing_library()
     screen, recording, taken = Screen(session, config.width, config.height), None, 0
     window = Window(config.width, config.height, "ftac_gym")
@@ -143,16 +145,14 @@ def watch(config: Config, session: Session) -> None:
 
 
 def main(config: Config) -> None:
-    """Watch."""
-    try:
+    """Show a window, or write a film."""
+    with exit_on(ValueError, RuntimeError, DependencyNotInstalled, prefix="play: "):
         session = begin(config)
         if config.output is not None:
             film(config, session, config.output)
             print(f"wrote {config.output}")
         else:
             watch(config, session)
-    except (ValueError, RuntimeError, DependencyNotInstalled) as error:
-        raise SystemExit(f"play: {error}") from None
 
 
 if __name__ == "__main__":

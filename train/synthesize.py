@@ -1,4 +1,4 @@
-"""Solve the matrix inequalities of Li et al. 2023 for the spacecraft of a scenario, and prove what comes out.
+"""Solve the matrix inequalities of Li et al. 2023 for the spacecraft of a scenario, and prove the solution.
 
 Examples
 --------
@@ -20,30 +20,29 @@ import tyro
 from ftac_gym import scenarios
 from ftac_gym.baselines import synthesis
 from ftac_gym.baselines.synthesis.designs import record
+from ftac_gym.utils.console import exit_on
 
 
 @dataclass(frozen=True)
 class Config:
-    """What to solve."""
+    """A scenario, and the region for the poles of the observer."""
 
     scenario: str = "li_2023"
-    """Whose spacecraft."""
+    """Scenario with the spacecraft."""
     centre: float = -10.0
-    """Centre of the disc that all poles of the observer's error shall lie in [1/s]."""
+    """Centre of the disc for all poles of the observer's error [1/s]."""
     radius: float = 10.0
-    """Its radius [1/s]."""
+    """Radius of the disc [1/s]."""
     store: bool = False
-    """Keep the gains in the package, under the scenario's name."""
+    """Store the gains in the package, under the scenario's name."""
 
 
 def main(config: Config) -> None:
-    """Solve, prove, print, and keep if asked to."""
+    """Solve, prove, print, and store on request."""
     start = time.perf_counter()
-    try:
+    with exit_on(ValueError, ImportError, prefix=f"--scenario {config.scenario}: "):
         spacecraft = scenarios.get(config.scenario).spacecraft
         observer, controller = synthesis.design(spacecraft, synthesis.Disc(config.centre, config.radius))
-    except (ValueError, ImportError) as error:
-        raise SystemExit(f"--scenario {config.scenario}: {error}") from None
     elapsed = time.perf_counter() - start
     proof = observer.certificate
     print(f"solved in {elapsed:.1f} s for {spacecraft.modes} modes")
@@ -66,7 +65,7 @@ def main(config: Config) -> None:
         rows = re.compile(r"\[\s+([^\[\]{}]+?)\s+\]")
         path.parent.mkdir(exist_ok=True)
         path.write_text(rows.sub(lambda match: "[" + re.sub(r"\s+", " ", match[1]) + "]", text) + "\n")
-        print(f"kept in {path}")
+        print(f"stored in {path}")
 
 
 if __name__ == "__main__":
