@@ -1,27 +1,27 @@
 """Measure the speed of the package, as ratios to yardsticks measured in the same run.
 
-Absolute times depend on the machine and on what else it does; each line therefore gives a ratio to something measured
-side by side, with the aim it is held to.
+Absolute times depend on the machine and its load. Each line therefore has a ratio to a measurement of the same run, and
+its aim.
 
-Example
--------
+For example:
+
     python benchmarks/benchmark.py
 """
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import tyro
-from gymnasium import spaces
 
 import ftac_gym  # noqa: F401  registers the environments
 from ftac_gym import baselines, scenarios
@@ -31,7 +31,7 @@ from ftac_gym.dynamics.plant import advance
 
 @dataclass(frozen=True)
 class Config:
-    """What to measure."""
+    """Selection of measurements."""
 
     repeats: int = 7
     """Repeats of each measurement; the fastest counts."""
@@ -53,20 +53,14 @@ def fastest(call: Callable[[], Any], number: int, repeats: int) -> float:
     return min(rounds)
 
 
-def alternating(simulator: Simulator) -> Callable[[], None]:
-    """Return a step of the simulator under commands that leave the wheels far from saturation."""
-    command = np.random.default_rng(0).uniform(-0.1, 0.1, simulator.last_command.shape)
-
-    def step() -> None:
-        np.negative(command, out=command)
-        simulator.last_command[:] = command
-        simulator.advance()
-
-    return step
+def fastest_in_turn(calls: Mapping[str, Callable[[], Any]], number: int, repeats: int) -> dict[str, float]:
+    """Return the shortest mean time [s] of several calls, in turn: the machine's load affects all of them."""
+    rounds = [{name: fastest(call, number, repeats) for name, call in calls.items()} for _ in range(3)]
+    return {name: min(times[name] for times in rounds) for name in calls}
 
 
 def plant_call(simulator: Simulator) -> Callable[[], None]:
-    """Return the compiled plant alone: no measurement, no Python around it."""
+    """Return a call of the compiled plant alone, without measurement."""
     arguments = (0, simulator.num_spacecraft, *simulator.plant_arguments())
 
     def call() -> None:
@@ -76,29 +70,34 @@ def plant_call(simulator: Simulator) -> Callable[[], None]:
     return call
 
 
-def ready(craft: int, name: str = "flagship", **changes: Any) -> Simulator:
-    """Return a simulator of a scenario that has been reset and given commands."""
+def ready(count: int, name: str = "flagship", **changes: Any) -> Simulator:
+    """Return a simulator of N spacecraft in a scenario, after reset and a first command."""
     scenario = scenarios.get(name).replace(**changes)
-    simulator = Simulator(scenario, craft)
-    simulator.reset(scenario.draw(0, craft))
+    simulator = Simulator(scenario, count)
+    simulator.reset(scenario.draw(0, count))
     simulator.step(np.random.default_rng(0).uniform(-0.1, 0.1, simulator.last_command.shape))
     return simulator
 
 
+def calls_of(count: int) -> int:
+    """Return the number of calls of the plant with N spacecraft in a round."""
+    return max(20, 40_000 // count)
+
+
 def measure_plant(config: Config) -> None:
-    """(a) Time of the plant per craft and RK4 sub-step, one thread."""
-    print("(a) plant alone, one thread [ns per craft and RK4 sub-step]; aim 60 at 1,024")
+    """(a) Time of the plant per spacecraft and RK4 sub-step, one thread."""
+    print("(a) plant alone, one thread [ns per spacecraft and RK4 sub-step]; aim 60 at 1,024")
     variants: tuple[tuple[str, dict[str, Any]], ...] = (
         ("flagship", {}),
         ("healthy, undisturbed", {"faults": None, "disturbance": None}),
     )
     for name, changes in variants:
         times = {}
-        for craft in (1, 64, 1024):
-            simulator = ready(craft, **changes)
-            elapsed = fastest(plant_call(simulator), max(20, 40_000 // craft), config.repeats)
-            times[craft] = elapsed / craft / simulator.scenario.substeps * 1e9
-        print(f"    {name:22s}" + "  ".join(f"N={craft}: {value:6.1f}" for craft, value in times.items()))
+        for count in (1, 64, 1024):
+            simulator = ready(count, **changes)
+            elapsed = fastest(plant_call(simulator), calls_of(count), config.repeats)
+            times[count] = elapsed / count / simulator.scenario.substeps * 1e9
+        print(f"    {name:22s}" + "  ".join(f"N={count}: {value:6.1f}" for count, value in times.items()))
 
 
 def measure_wheels(config: Config) -> None:
@@ -111,10 +110,7 @@ def measure_wheels(config: Config) -> None:
         "effects off": plant_call(ready(1024, spacecraft=off)),
         "every effect": plant_call(ready(1024, spacecraft=real)),
     }
-    times = dict.fromkeys(calls, float("inf"))
-    for _ in range(3):  # in turn, so that a change in the machine's speed hits all alike
-        for name, call in calls.items():
-            times[name] = min(times[name], fastest(call, 40, config.repeats))
+    times = fastest_in_turn(calls, calls_of(1024), config.repeats)
     ideal = times["ideal wheels"]
     print(
         f"(g) plant over plant with ideal wheels, N=1024: {times['every effect'] / ideal:.2f} with every wheel effect, "
@@ -125,20 +121,12 @@ def measure_wheels(config: Config) -> None:
 def measure_modes(config: Config) -> None:
     """(h) Plant with four flexible modes over the rigid plant, otherwise the same."""
     ratios = {}
-    for craft in (1, 64, 1024):
-        calls = [plant_call(ready(craft, name)) for name in ("flagship", "flexible")]
-        times = [float("inf")] * len(calls)
-        for _ in range(3):  # in turn, as above
-            times = [
-                min(best, fastest(call, max(20, 40_000 // craft), config.repeats))
-                for best, call in zip(times, calls, strict=True)
-            ]
-        ratios[craft] = times[1] / times[0]
-    print(
-        "(h) plant with four flexible modes over the rigid plant: "
-        + ", ".join(f"N={craft}: {ratio:.2f}" for craft, ratio in ratios.items())
-        + "; aim 2.5"
-    )
+    for count in (1, 64, 1024):
+        calls = {name: plant_call(ready(count, name)) for name in ("flagship", "flexible")}
+        times = fastest_in_turn(calls, calls_of(count), config.repeats)
+        ratios[count] = times["flexible"] / times["flagship"]
+    listed = ", ".join(f"N={count}: {ratio:.2f}" for count, ratio in ratios.items())
+    print(f"(h) plant with four flexible modes over the rigid plant: {listed}; aim 2.5")
 
 
 def measure_vector(config: Config) -> None:
@@ -177,111 +165,88 @@ def measure_single(config: Config) -> None:
 
 
 def measure_ppo() -> None:
-    """(d) Throughput of PPO with 256 craft against the same PPO on an environment that costs nothing."""
+    """(d) Throughput of PPO with 256 spacecraft against the same PPO on an environment that costs nothing."""
     from stable_baselines3 import PPO
-    from stable_baselines3.common.vec_env import VecEnv, VecNormalize
+    from stable_baselines3.common.vec_env import VecNormalize
 
     from ftac_gym.wrappers import SB3VecEnv, VectorResidualPolicy
 
-    class FreeVecEnv(VecEnv):
-        """Same spaces, no work."""
-
-        def __init__(self, observation_space: spaces.Space[Any], action_space: spaces.Space[Any]) -> None:
-            self.render_mode = None
-            super().__init__(256, observation_space, action_space)
-            self._observation = np.zeros((256, *(observation_space.shape or ())), dtype=np.float32)
+    class FreeVecEnv(SB3VecEnv):
+        """Environment with the same spaces and no dynamics."""
 
         def reset(self) -> Any:
-            return self._observation.copy()
+            return np.zeros((self.num_envs, *(self.observation_space.shape or ())), dtype=np.float32)
 
         def step_async(self, actions: Any) -> None:
             return
 
         def step_wait(self) -> Any:
-            zeros = np.zeros(256)
-            return self._observation.copy(), zeros.astype(np.float32), zeros.astype(bool), [{} for _ in range(256)]
+            rewards, dones = np.zeros(self.num_envs, dtype=np.float32), np.zeros(self.num_envs, dtype=np.bool_)
+            return self.reset(), rewards, dones, [{} for _ in range(self.num_envs)]
 
-        def close(self) -> None:
-            return
+    def native() -> Any:
+        return gym.make_vec("SpacecraftFTC-v0", num_envs=256, autoreset_mode="SameStep")
 
-        def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-            return [getattr(self, attr_name)] * 256
-
-        def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
-            setattr(self, attr_name, value)
-
-        def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> list[Any]:
-            return [None] * 256
-
-        def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
-            return [False] * 256
-
-    direct = SB3VecEnv(gym.make_vec("SpacecraftFTC-v0", num_envs=256, autoreset_mode="SameStep"))
-    inner = gym.make_vec("SpacecraftFTC-v0", num_envs=256, autoreset_mode="SameStep")
-    residual = SB3VecEnv(VectorResidualPolicy(inner))
-    contestants = {
-        "free": FreeVecEnv(direct.observation_space, direct.action_space),
-        "direct": direct,
-        "residual": residual,
+    envs = {
+        "free": FreeVecEnv(native()),
+        "direct": SB3VecEnv(native()),
+        "residual": SB3VecEnv(VectorResidualPolicy(native())),
     }
     models = {
         name: PPO("MlpPolicy", VecNormalize(env), n_steps=128, batch_size=8192, n_epochs=5, device="cpu", seed=0)
-        for name, env in contestants.items()
+        for name, env in envs.items()
     }
-    best = dict.fromkeys(models, 0.0)
-    for _ in range(4):  # in turn, so that a change in the machine's speed hits all alike
+    steps, best = 3 * 128 * 256, dict.fromkeys(models, 0.0)
+    for _ in range(4):  # in turn, as above
         for name, model in models.items():
             start = time.perf_counter()
-            model.learn(3 * 128 * 256)
-            best[name] = max(best[name], 3 * 128 * 256 / (time.perf_counter() - start))
-    print(f"(d) PPO with 256 craft over PPO on a free environment: {best['direct'] / best['free']:.2f} direct, "
+            model.learn(steps)
+            best[name] = max(best[name], steps / (time.perf_counter() - start))
+    print(f"(d) PPO with 256 spacecraft over PPO on a free environment: {best['direct'] / best['free']:.2f} direct, "
           f"{best['residual'] / best['free']:.2f} residual ({best['direct']:.0f}, {best['residual']:.0f} / "
           f"{best['free']:.0f} steps/s); aims 0.85, 0.65")  # fmt: skip
 
 
-def task_of(name: str) -> str:
-    """Return the scenario that a baseline is made for."""
-    tasks = {
-        "zhang_zhou_tracking": "zhang_zhou_2019",
-        "zhang_zhou_stabilisation": "zhang_zhou_2019_stabilisation",
-        "ptc": "cao_2022",
-        "tsmc": "cao_2022",
-        "fuzzy_smc_solved": "flexible",
-        "fuzzy": "li_2023",
-        "aismc": "li_2023",
-        "raftsmc": "flexible",
-        "pd_shaped": "flexible",
-    }
-    return next((task for prefix, task in tasks.items() if name.startswith(prefix)), "flagship")
+TASKS = {
+    "zhang_zhou_tracking": "zhang_zhou_2019",
+    "zhang_zhou_stabilisation": "zhang_zhou_2019_stabilisation",
+    "ptc": "cao_2022",
+    "tsmc": "cao_2022",
+    "fuzzy_smc_solved": "flexible",
+    "fuzzy": "li_2023",
+    "aismc": "li_2023",
+    "raftsmc": "flexible",
+    "pd_shaped": "flexible",
+}
+"""Scenario of the baselines whose names begin like this; the flagship is that of all others."""
 
 
 def measure_baselines(config: Config) -> None:
     """(e) Time of a baseline's call, and over that of ``pd``."""
     print(
-        "(e) a baseline's call; aims for one craft and per craft of 1,024: pd and pd_dob 150 us and 1 us, the rest "
-        "300 us and 2 us"
+        "(e) a baseline's call; aims for one spacecraft and per spacecraft of 1,024: pd and pd_dob 150 us and 1 us, "
+        "the rest 300 us and 2 us"
     )
     yardstick: dict[int, float] = {}
     for name in ("pd", *(name for name in baselines.names() if name != "pd")):
-        scenario, times = scenarios.get(task_of(name)), {}
-        for craft in (1, 1024):
-            simulator = Simulator(scenario, craft)
-            simulator.reset(scenario.draw(0, craft))
+        task = next((task for prefix, task in TASKS.items() if name.startswith(prefix)), "flagship")
+        scenario, times = scenarios.get(task), {}
+        for count in (1, 1024):
+            simulator = Simulator(scenario, count)
+            simulator.reset(scenario.draw(0, count))
             simulator.step(np.full(simulator.last_command.shape, 0.05))
-            law = baselines.make(name, scenario, craft)
-            measurement = simulator.measurement(truth=law.information == "oracle")
-            times[craft] = fastest(lambda b=law, m=measurement: b.act(m), 100, config.repeats)  # type: ignore[misc]
-            yardstick.setdefault(craft, times[craft])
+            baseline = baselines.make(name, scenario, count)
+            measurement = simulator.measurement(truth=baseline.information == "oracle")
+            times[count] = fastest(lambda b=baseline, m=measurement: b.act(m), 100, config.repeats)  # type: ignore[misc]
+            yardstick.setdefault(count, times[count])
         print(
-            f"    {name:38s}one craft: {times[1] * 1e6:4.0f} us ({times[1] / yardstick[1]:.2f} of pd)   1,024: "
-            f"{times[1024] / 1024 * 1e6:.2f} us per craft ({times[1024] / yardstick[1024]:.2f})"
+            f"    {name:38s}one spacecraft: {times[1] * 1e6:4.0f} us ({times[1] / yardstick[1]:.2f} of pd)   1,024: "
+            f"{times[1024] / 1024 * 1e6:.2f} us per spacecraft ({times[1024] / yardstick[1024]:.2f})"
         )
 
 
 def run_fresh(code: str, **environment: str) -> str:
     """Run code in a fresh interpreter and return the last line that it prints."""
-    import os
-
     result = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, env={**os.environ, **environment}
     )
@@ -311,11 +276,11 @@ def measure_start(config: Config) -> None:
         "[env.step(np.zeros((4096, 4))) for _ in range(50)];"
         "print(tracemalloc.get_traced_memory()[1] / 2**20)"
     )
-    print(f"    memory of 4,096 craft above the interpreter: {float(run_fresh(memory)):.0f} MB; aim 300")
+    print(f"    memory of 4,096 spacecraft above the interpreter: {float(run_fresh(memory)):.0f} MB; aim 300")
 
 
 def main(config: Config) -> None:
-    """Measure everything."""
+    """Run all measurements."""
     measure_plant(config)
     measure_wheels(config)
     measure_modes(config)

@@ -1,25 +1,27 @@
-"""How short settling can be at all: time-optimal turns of the flagship's frozen episodes, beside what controllers take.
+"""Time-optimal turns of the flagship's frozen episodes, a bound on settling times, beside those of controllers.
 
-For each episode the shortest time is sought in which ideal, healthy wheels bring the true craft from its start into the
-success cone at rest, without noise or disturbance. The total momentum H is constant in the reference frame, which
-leaves attitude and rate as states: J w' = D u - w x C(q) H with |u| within the torque limits; that no wheel leaves its
-momentum limit is checked afterwards. Direct multiple shooting, one Runge-Kutta step per interval of constant torque and
-a free end time, solved by IPOPT (CasADi) both ways round, from the turn about the axis of the error and, on request,
-from paths bent aside: a local optimum is an upper bound of the optimum. As no controller beats the optimum of any
-episode, the interquartile mean of the optima bounds that of every controller, but for two things:
+For each episode, the script searches the shortest time from the start into the success cone at rest. The wheels are
+ideal and healthy, and there is neither noise nor disturbance. The total momentum H is constant in the reference frame,
+which leaves attitude and rate as states: J w' = D u - w x C(q) H with |u| within the torque limits. The momentum limits
+of the wheels are checked afterwards.
 
-- Of the faults of training only a bias lets a wheel give more than its limit. Where one strikes before the time found,
-  the problem is solved again with that wheel's limit widened by the bias, from the start: ``whatever the biases``.
+The method is direct multiple shooting with one Runge-Kutta step per interval of constant torque and a free end time,
+solved by IPOPT (CasADi). The first guesses are the turns about the axis of the error, both ways round, and optionally
+paths bent aside. A local optimum is an upper bound of the optimum. As no controller beats the optimum of any episode,
+the interquartile mean of the optima bounds that of every controller, with two exceptions:
+
+- Of the faults of training, only a bias lets a wheel exceed its limit. If one occurs before the time found, the problem
+  is solved again with the limit of that wheel widened by the bias, from the start: ``whatever the biases``.
 - Torque is held and settling counted in control periods: ``in control periods``. (The disturbance is below a thousandth
   of the torque.)
 
-``proven`` needs no optimiser: gyroscopic torque does no work, so that sqrt(w.J w) changes by max |J^-1/2 D u| at most,
-and its integral is at least the angle times the root of the smallest principal inertia.
+``proven`` needs no optimiser. Gyroscopic torque does no work, so that sqrt(w.J w) changes by max |J^-1/2 D u| at most.
+The integral of sqrt(w.J w) is at least the angle times the root of the smallest principal inertia.
 
-Needs CasADi, which the package does not: pip install casadi
+CasADi is no dependency of the package: pip install casadi
 
-Example
--------
+For example:
+
     python benchmarks/time_optimal.py --episodes 120 --torque-share 0.9 --baselines pd_dob
 """
 
@@ -53,12 +55,12 @@ from ftac_gym.utils.directions import across
 from ftac_gym.utils.parameters import FloatArray, require
 
 BEND = 0.6
-"""How far the further first guesses leave the straight turn [rad]."""
+"""Largest distance of the further first guesses from the straight turn [rad]."""
 
 
 @dataclass(frozen=True)
 class Config:
-    """What to solve."""
+    """Episodes, discretisation, and controllers to compare with."""
 
     episodes: int = 500
     """Feasible episodes, the first of the frozen ones."""
@@ -118,14 +120,14 @@ class TimeOptimalTurn:
             ca.reshape(given[count:-3], 3, 3) @ torque,
         )
         advance = ca.simpleRK(ca.Function("field", [state, given], [change]), 1, 4).expand().map(intervals)
-        time, states, craft = ca.MX.sym("time"), ca.MX.sym("states", 7, intervals + 1), ca.MX.sym("craft", 12)
+        time, states, constants = ca.MX.sym("time"), ca.MX.sym("states", 7, intervals + 1), ca.MX.sym("constants", 12)
         torques, last = ca.MX.sym("torques", count, intervals), states[:, -1]
-        held = ca.vertcat(torques, ca.repmat(craft, 1, intervals))
+        held = ca.vertcat(torques, ca.repmat(constants, 1, intervals))
         ends = advance(states[:, :-1], held, ca.repmat(time / intervals, 1, intervals))
         final = ca.sumsqr(last[1:4]) / np.sin(0.5 * success.angle) ** 2, ca.sumsqr(last[4:]) / success.rate**2
         problem = {
             "x": ca.vertcat(time, ca.vec(states), ca.vec(torques)),
-            "p": craft,
+            "p": constants,
             "f": time,
             "g": ca.vertcat(ca.vec(states[:, 1:] - ends), *final),
         }
@@ -133,7 +135,7 @@ class TimeOptimalTurn:
         self._solve: Any = ca.nlpsol("solve", "ipopt", problem, options)
 
     def shortest(self, start: Start, limits: FloatArray, bends: int = 0) -> float:
-        """Return the shortest time found [s] within torque limits (m,) [N m]; NaN if none was.
+        """Return the shortest time found [s] within torque limits (m,) [N m]; NaN without a solution.
 
         Raises
         ------
@@ -142,14 +144,14 @@ class TimeOptimalTurn:
         """
         defects, torques = np.zeros(7 * self._intervals), np.tile(limits, self._intervals)
         momentum = start.inertia @ start.rate + self._wheels.axis_matrix @ start.momentum
-        craft = np.append(np.linalg.inv(start.inertia), rotate_to_reference(start.error, momentum))
+        constants = np.append(np.linalg.inv(start.inertia), rotate_to_reference(start.error, momentum))
         shortest = np.nan
         for way, bend in product((1.0, -1.0), range(bends + 1)):
             time, states = self._guess(start, limits, way, 2.0 * np.pi * bend / bends if bend else None)
             bounds = np.full(states.size - 7, np.inf)  # of all but the first state, which is given
             solution = self._solve(
                 x0=np.concatenate([[time], states.ravel(), 0.0 * torques]),
-                p=craft,
+                p=constants,
                 lbx=np.concatenate([[0.1], states[0], -bounds, -torques]),
                 ubx=np.concatenate([[1e3], states[0], bounds, torques]),
                 lbg=np.concatenate([defects, [-np.inf, -np.inf]]),
@@ -180,14 +182,14 @@ class TimeOptimalTurn:
 
 
 def bang_bang_time(start: Start, way: float, wheels: WheelArray, limits: FloatArray) -> float:
-    """Return how long a turn from rest to rest about the axis of the error takes with the minimax torque [s]."""
+    """Return the time of a turn from rest to rest about the axis of the error with the minimax torque [s]."""
     angle, axis = start.turn(way)
     share = np.abs(MinimaxAllocation(wheels)((start.inertia @ axis)[None])[0] / limits).max()
     return 2.0 * float(np.sqrt(angle * share))
 
 
 def proven_time(start: Start, wheels: WheelArray, limits: FloatArray, success: SuccessCriterion) -> float:
-    """Return a time that no controller can undercut with healthy wheels [s]."""
+    """Return a lower bound on the time of every controller with healthy wheels [s]."""
     corners = np.array(list(product((-1.0, 1.0), repeat=wheels.count))) * limits @ wheels.axis_matrix.T
     acceleration = np.sqrt(np.einsum("ci,ij,cj->c", corners, np.linalg.inv(start.inertia), corners).max())
     principal = np.linalg.eigvalsh(start.inertia)

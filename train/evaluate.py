@@ -6,8 +6,8 @@ HTML report says who is better than whom.
 
 Finished batches are kept in the output folder, so that a killed evaluation goes on where it stopped.
 
-Examples
---------
+For example:
+
     python train/evaluate.py
     python train/evaluate.py --policies agent pd_dob --episodes 200
     python train/evaluate.py --policies agent pd_dob "nftsm tuned" "nftsm_observer tuned"

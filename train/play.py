@@ -5,8 +5,8 @@ the faults of the wheel, Backspace clears all. Space pauses, Right steps, Up and
 same episode again, N the next one. V starts and ends a film; Q quits. With --output, a film is written and no window
 is opened.
 
-Examples
---------
+For example:
+
     python train/play.py --policy nftsm --fault seizure:2@15
     python train/play.py --policy agent --against "nftsm tuned" --scenario flagship_hardware --episode 17
     python train/play.py --policy nftsm --against pd_dob --fault seizure:2@15 --speed 4 --output results/seizure.mp4
@@ -41,8 +41,8 @@ class Config:
     """Policies to show, and their episode."""
 
     policy: str = "agent"
-    """A baseline's name, "NAME tuned" for its tuned gains, "agent" (the shipped residual of the scenario, or of the
-    flagship), another shipped agent's name, an agent's folder, or a Stable-Baselines3 zip."""
+    """A baseline's name, "NAME tuned" for its tuned gains, the name or folder of an agent, or a Stable-Baselines3 zip.
+    "agent" is the shipped residual of the scenario, or of the flagship."""
     against: str | None = None
     """A second policy, side by side on the same episode."""
     scenario: str = "flagship"

@@ -2,8 +2,8 @@
 
 Prints the claim table and the studies behind it, and writes them as a report with figures.
 
-Examples
---------
+For example:
+
     python train/reproduce.py --paper zhang_zhou_2019
     python train/reproduce.py --paper cao_2022
     python train/reproduce.py --paper ma_2023

@@ -1,11 +1,11 @@
-"""What helps a learned policy: {direct, residual, gain scheduling} x {no memory, history, observer estimate, oracle}.
+"""Study of agents: {direct, residual, gain scheduling} x {no memory, history, observer estimate, oracle}.
 
-Trains every combination with several seeds (finished ones are found again, killed ones resumed), flies all agents
-through the frozen test episodes of the flagship, and prints success, settling time and chatter as differences to the
-base, with intervals over seeds and episodes.
+The script trains every combination with several seeds; finished agents are reused, killed runs resumed. All agents fly
+the frozen test episodes of the flagship. The tables have success, settling time and chatter as differences to the base,
+with intervals over seeds and episodes.
 
-Examples
---------
+For example:
+
     python train/study.py --seeds 3 --workers 2
     python train/study.py --seeds 3 --workers 2 --actions residual --memories none estimate
 """
@@ -41,15 +41,15 @@ _ALONE = [
     *("--scenario", "flagship", "--hold", "2", "--critic-warmup", "0", "--hyperparameters", "gamma=0.98"),
     *("gae_lambda=0.95", "policy_kwargs.log_std_init=-1.2", "n_steps=32", "batch_size=4096"),
 ]
-"""Direct agents must learn to slew and to point. Those on a base train as configs/ppo.yml says: on what there is to
-gain, the answer to faults that strike a craft on target."""
+"""Options of direct agents, which must learn to slew and to point. Agents on a base train with configs/ppo.yml, on the
+response to faults of a spacecraft on target, the only part to gain."""
 
 ACTIONS: dict[str, tuple[str | None, list[str]]] = {
     "direct": (None, _ALONE),
     "residual": (f"ResidualPolicy base={BASE} authority=1.0 fade_angle=100.0 surprise=0.03", []),
     "gains": (f"GainScheduling base={BASE} ranges={{rate_gain: [3.0, 9.5], bandwidth: [0.5, 50.0]}}", []),
 }
-"""What the action means: the wrapper, and how to train."""
+"""Wrapper and training options for each meaning of the action."""
 
 MEMORIES: dict[str, str | None] = {
     "none": None,
@@ -57,12 +57,12 @@ MEMORIES: dict[str, str | None] = {
     "estimate": "FaultEstimateObservation source=dob bandwidth=50.0",
     "oracle": "FaultEstimateObservation source=truth",
 }
-"""What the agent sees beside the observation: the wrapper. The oracle is a bound."""
+"""Wrapper for each addition to the observation. The oracle is a reference with the truth about the faults."""
 
 
 @dataclass(frozen=True)
 class Config:
-    """A study."""
+    """Agents to train, and the episodes to compare them on."""
 
     seeds: int = 3
     """Agents of each combination."""
@@ -75,37 +75,37 @@ class Config:
     episodes: int = 500
     """Feasible test episodes."""
     actions: tuple[Literal["direct", "residual", "gains"], ...] = ("direct", "residual", "gains")
-    """What the action means."""
+    """Meanings of the action."""
     memories: tuple[Literal["none", "history", "estimate", "oracle"], ...] = ("none", "history", "estimate", "oracle")
-    """What the agent sees beside the observation."""
+    """Additions to the observation."""
     folder: Path = Path("runs/study")
-    """Where the runs lie."""
+    """Folder of the runs."""
     output: Path = Path("results/study")
-    """Where the tables go."""
+    """Folder of the tables."""
 
     def steps_of(self, action: str) -> int:
-        """Return the decisions of an agent whose action means this."""
+        """Return the number of decisions of an agent with this meaning of the action."""
         return self.direct_steps if action == "direct" else self.steps
 
 
-def words(config: Config, action: str, memory: str) -> list[str]:
+def options(config: Config, action: str, memory: str) -> list[str]:
     """Return the arguments of train/train.py for a combination."""
-    acting, recipe = ACTIONS[action]
-    # The estimate is made beneath what acts, the history above, so that it holds the base's actions too.
+    acting, training = ACTIONS[action]
+    # The estimate is below the wrapper that acts; the history is above it and contains the base's actions.
     order = (acting, MEMORIES[memory]) if memory == "history" else (MEMORIES[memory], acting)
     wrappers = [wrapper for wrapper in order if wrapper is not None]
     steps = config.steps_of(action)
     amounts = ["--total-steps", str(steps), "--evaluate-every", str(steps // 2), "--evaluation-episodes", "300"]
-    return ["--wrappers", *wrappers, *amounts, *recipe]
+    return ["--wrappers", *wrappers, *amounts, *training]
 
 
 def train(config: Config, action: str, memory: str, seed: int) -> None:
-    """Train one agent, or the rest of it, or nothing if it is finished."""
+    """Train one agent, resume it, or do nothing if it is finished."""
     folder = config.folder / f"{action}_{memory}" / f"seed_{seed}"
     steps, done = config.steps_of(action), checkpoints(folder)
     if done and int(done[-1].name) >= steps:
         return
-    arguments = [*words(config, action, memory), "--seed", str(seed), "--torch-threads", "1"]
+    arguments = [*options(config, action, memory), "--seed", str(seed), "--torch-threads", "1"]
     arguments += ["--run-folder", str(folder), "--checkpoint-every", str(max(steps // 3, 1))]
     command = [sys.executable, str(TRAIN), *arguments, *(["--resume"] if done else [])]
     folder.mkdir(parents=True, exist_ok=True)

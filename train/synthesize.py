@@ -1,7 +1,7 @@
 """Solve the matrix inequalities of Li et al. 2023 for the spacecraft of a scenario, and prove the solution.
 
-Examples
---------
+For example:
+
     python train/synthesize.py --scenario flexible
     python train/synthesize.py --scenario flexible --store
 """

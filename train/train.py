@@ -5,8 +5,8 @@ lie in its folder: ``config.json``, checkpoints with normaliser, ``evaluations.c
 the best agent so far. The best agent has the largest mean return on fixed feasible episodes. ``--resume`` continues a
 killed run from its last checkpoint.
 
-Examples
---------
+For example:
+
     python train/train.py --run-folder runs/residual
     python train/train.py --run-folder runs/five --seeds 5
     python train/train.py --run-folder runs/direct --wrappers --hold 1
@@ -84,7 +84,7 @@ class Config:
     reward: tuple[str, ...] = ()
     """Changes to the weights of the reward, as NAME=VALUE, in training and in the evaluations that pick the best."""
     total_steps: int | None = None
-    """Decisions of the agent, over all craft; each takes \"hold\" steps of the environment."""
+    """Decisions of the agent, over all spacecraft; each takes \"hold\" steps of the environment."""
     num_envs: int | None = None
     """Spacecraft in parallel."""
     critic_warmup: int = 300_000

@@ -4,8 +4,8 @@ The search covers the ranges that the baseline declares for its gains. A study l
 stopped if the same command is given again; a larger number of trials extends it. The script prints the best gains, and
 their results on episodes that the search did not use. With --store they become the baseline's tuned gains.
 
-Examples
---------
+For example:
+
     python train/tune.py --baseline pd_dob --trials 400
     python train/tune.py --baseline pd_dob --trials 400 --store
 """

@@ -47,7 +47,7 @@ def test_the_fingerprint_of_tuned_gains_is_what_they_are(tmp_path, monkeypatch):
     assert len({first, second, DeferredBaseline("pd").fingerprint}) == 3
     assert first == DeferredBaseline("pd", rate_gain=6.0).fingerprint
     assert fingerprint({"rate_gain": 6.0}, rate_gain=6.5) == second
-    # The gains that it flies are those of its fingerprint, even if they are tuned anew in between.
+    # A policy flies the gains of its fingerprint, even if they are tuned again in between.
     contestant = DeferredBaseline("pd", "tuned")
     expected = rollout(TINY, contestant, seed=0, count=1).command
     fingerprint({"rate_gain": 2.0})

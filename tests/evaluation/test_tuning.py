@@ -24,13 +24,13 @@ def entries(monkeypatch):
 
 
 def judge(task, gains):
-    """Return a mean return that is known to be largest, zero, at a rate gain of 6 and a braking share of 0.4."""
+    """Return a mean return with its maximum, zero, at a rate gain of 6 and a braking share of 0.4."""
     return -((gains["rate_gain"] - 6.0) ** 2) - 10.0 * (gains["braking_share"] - 0.4) ** 2
 
 
 @pytest.fixture
 def flown(monkeypatch):
-    """Judge gains instead of flying them; keeps what was judged."""
+    """Replace flying by a formula; return the list of gains."""
     calls = []
     monkeypatch.setattr(tuning, "mean_return", lambda task, gains: calls.append(gains) or judge(task, gains))
     return calls

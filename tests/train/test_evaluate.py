@@ -21,7 +21,7 @@ from ftac_gym.scenarios import frozen
 
 @pytest.fixture
 def stored(tmp_path, monkeypatch):
-    """A folder for tuned gains, empty."""
+    """Return an empty folder for tuned gains."""
     folder = tmp_path / "tuned_gains"
     folder.mkdir()
     monkeypatch.setattr(tuned, "FOLDER", folder)
@@ -63,7 +63,7 @@ def test_evaluate(tmp_path):
     assert summary["pd", "success", "estimate"] == pytest.approx(metrics["success"][episodes.feasible].mean())
     with (tmp_path / "results" / "flagship_unseen" / "episodes.csv").open() as file:
         assert {row["policy"] for row in csv.DictReader(file)} == {"pd", "pd_dob"}
-    # A second call finds the finished batches and comes to the same.
+    # A second call reads the finished batches and gives the same tables.
     batches = {path: path.stat().st_mtime_ns for path in (folder / "batches").iterdir()}
     evaluation = module_of("evaluate")
     evaluation.main(
@@ -103,7 +103,7 @@ def test_evaluate_refuses_before_any_work(policies, reference, message, tmp_path
 
 
 def test_evaluate_counts_what_is_not_surely_feasible_if_told_to():
-    """The label is cautious: the example of Chen et al. does not get it."""
+    """The label is conservative: the example of Chen et al. is not feasible."""
     evaluation = module_of("evaluate")
     config = evaluation.Config(scenario="chen_2018", episodes=2, seed=0)
     with pytest.raises(SystemExit, match=r"--episodes: scenario must have more feasible.*--count-infeasible"):
@@ -126,7 +126,7 @@ def test_evaluate_refuses_an_unknown_scenario(tmp_path):
 def test_evaluate_with_tuned_gains(stored, tmp_path, capsys, monkeypatch):
     evaluation = module_of("evaluate")
     judged = []
-    # The gallery flies every kind of fault, which is long; that it can is tested elsewhere.
+    # The gallery flies every kind of fault, which takes long; it has tests of its own.
     monkeypatch.setattr(evaluation, "fault_gallery", lambda scenario, policy: judged.append(policy) or Figure())
     write(stored, "pd", rate_gain=3.0, position_gain=1.0)
     write(stored, "pd_dob", bandwidth=1.0)
@@ -147,7 +147,7 @@ def test_evaluate_with_tuned_gains(stored, tmp_path, capsys, monkeypatch):
     }  # fmt: skip
     batches = output / "flagship" / "batches"
     assert [item.name for item in (output / "flagship").iterdir()] == ["batches"] and len(list(batches.iterdir())) == 2
-    # Default gains fly anew and lie elsewhere; so do gains that are tuned again, but only those.
+    # Default gains are flown and stored separately; of gains that are tuned again, only those are flown.
     run = evaluation.run
     console = evaluation.Console(quiet=True)
     default = evaluation.Config(**arguments)

@@ -1,4 +1,4 @@
-"""The study of what helps a learned policy, on agents that are trained already."""
+"""The study of agents, on agents that are trained already."""
 
 import shutil
 
@@ -12,7 +12,7 @@ from ftac_gym.scenarios import frozen
 
 
 def test_the_study_tabulates_agents_that_are_trained(tmp_path):
-    """With the shipped agents as two seeds of a combination, a third of which is not asked for."""
+    """Three shipped agents are the seeds of a combination; the study uses two."""
     study = module_of("study")
     for seed in range(3):
         home = tmp_path / "runs" / "residual_none" / f"seed_{seed}"

@@ -29,7 +29,7 @@ TINY = ("--critic-warmup", "0",
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    """A run that was left alone."""
+    """Return the folder of a run without interruption."""
     folder = tmp_path_factory.mktemp("whole")
     arguments = ("--run-folder", "run", "--total-steps", 2048, *TINY, "--evaluate-every", 1024)
     result = run("train.py", *arguments, "--evaluation-episodes", 2, folder=folder)
@@ -40,7 +40,7 @@ def whole(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def resumed(tmp_path_factory):
-    """A run that was killed after its first checkpoint, and resumed for 512 steps; its folder, and where it stood."""
+    """Return the folder and the last steps of a run that is killed after its first checkpoint, then resumed for 512."""
     folder = tmp_path_factory.mktemp("resumed")
     arguments = ("--run-folder", "run", "--wrappers", "--observation", "telemetry", *TINY)
     process = subprocess.Popen(
@@ -56,7 +56,7 @@ def resumed(tmp_path_factory):
         os.kill(process.pid, signal.SIGKILL)
         process.wait()
     last = max(int(path.name) for path in (folder / "run" / "checkpoints").glob("[0-9]" * 10))
-    # What a kill in the middle of writing leaves behind must not be mistaken for a checkpoint.
+    # The remains of a kill while writing are no checkpoint.
     (folder / "run" / "checkpoints" / f"{last + 512:010d}.partial").mkdir(exist_ok=True)
     result = run("train.py", *arguments, "--total-steps", last + 512, "--resume", folder=folder)
     assert result.returncode == 0, result.stderr
@@ -109,7 +109,7 @@ def test_a_killed_run_goes_on_from_its_last_checkpoint(resumed):
     assert card["interface"]["wrappers"] == [] and card["interface"]["observation"] == "telemetry"
     before, after = Agent.load(folder / "checkpoints" / f"{last:010d}"), Agent.load(folder / "agent")
     assert (before.model.num_timesteps, after.model.num_timesteps) == (last, last + 512)
-    # The statistics of the normaliser went on too, and the network learned.
+    # The statistics of the normaliser continue, and the network learns.
     gained = after.normalizer.obs_rms.count - before.normalizer.obs_rms.count
     assert 512 <= gained <= 512 + 3 * 8
     weights = [agent.model.policy.state_dict()["action_net.weight"].numpy() for agent in (before, after)]
@@ -184,7 +184,7 @@ def test_what_is_no_agent(tmp_path, whole):
         ValueError, match=r"agent must have been trained on observations of \d+ entries, as flagship gives"
     ):
         Agent.load(whole / "agent").attach(env)
-    # A normaliser that the card speaks of must be there: without it the agent would fly, and badly.
+    # A normaliser that the card names is required: without it the agent would fly badly.
     bare = tmp_path / "bare"
     shutil.copytree(whole / "agent", bare)
     (bare / "normalizer.pkl").unlink()

@@ -21,7 +21,7 @@ FEW = ("--baseline", "pd", "--episodes", "2")
 
 @pytest.fixture
 def stored(tmp_path, monkeypatch):
-    """A folder for tuned gains, empty."""
+    """Return an empty folder for tuned gains."""
     folder = tmp_path / "tuned_gains"
     folder.mkdir()
     monkeypatch.setattr(tuned, "FOLDER", folder)
@@ -29,7 +29,7 @@ def stored(tmp_path, monkeypatch):
 
 
 def finished(journal):
-    """Return how many trials are finished, as a reader of the file sees it."""
+    """Return the number of finished trials in a journal."""
     return journal.read_bytes().count(b'"mean_return"') if journal.exists() else 0
 
 
@@ -90,7 +90,7 @@ def test_it_stores_what_it_finds(stored, tmp_path, capsys, monkeypatch):
     assert provenance["fresh_mean_return"]["tuned"] == pytest.approx(metrics["return"].mean())
     assert str(tmp_path) not in (stored / "pd.json").read_text()
     monkeypatch.setattr(script, "fly", lambda *arguments: metrics)
-    # Nothing is stored unless it is asked for, and a finished study is not flown again.
+    # Nothing is stored without --store, and a finished study is not flown again.
     (stored / "pd.json").unlink()
     script.main(script.Config("pd", trials=1, episodes=2, workers=1, folder=tmp_path / "study"))
     printed = capsys.readouterr().out

@@ -1,4 +1,4 @@
-"""Models: an agent on a base starts as its base, and a critic may know what its actor does not."""
+"""Models: an agent on a base starts as its base, and a critic may observe more than its actor."""
 
 import gymnasium as gym
 import numpy as np
@@ -13,19 +13,19 @@ from ftac_gym.training.hyperparameters import ALGORITHMS, Hyperparameters
 from ftac_gym.wrappers import SB3VecEnv
 
 RESIDUAL = (("ResidualPolicy", {"base": "pd_dob", "authority": 0.5}),)
-CRAFT = 4
+NUM_ENVS = 4
 
 
 def model_of(algorithm, interface, **settings):
-    """Return a fresh model and how many entries its actor sees."""
-    native = gym.make_vec("SpacecraftFTC-v0", num_envs=CRAFT, autoreset_mode="SameStep", duration=3.0)
+    """Return a fresh model and the number of entries for its actor."""
+    native = gym.make_vec("SpacecraftFTC-v0", num_envs=NUM_ENVS, autoreset_mode="SameStep", duration=3.0)
     single = interface.wrap(gym.make("SpacecraftFTC-v0"))
     size = single.observation_space.shape[0]
     env = VecNormalize(SB3VecEnv(interface.wrap_for_training(native), interface.hold))
     policy = "MlpLstmPolicy" if algorithm == "recurrent_ppo" else "MlpPolicy"
     layers = {"net_arch": {"pi": [16], "vf" if "ppo" in algorithm else "qf": [16]}}
     own = {"n_steps": 8, "batch_size": 32} if "ppo" in algorithm else {"buffer_size": 500, "learning_starts": 40}
-    hyperparameters = Hyperparameters(interface, 1000, CRAFT, {}, policy, layers, True, {**own, **settings})
+    hyperparameters = Hyperparameters(interface, 1000, NUM_ENVS, {}, policy, layers, True, {**own, **settings})
     return build(algorithm, hyperparameters, env, size, seed=1), size
 
 
@@ -56,7 +56,7 @@ def test_in_the_warm_up_only_the_critic_learns(algorithm):
     for learning in (False, True):
         before = {name: value.clone() for name, value in model.policy.state_dict().items()}
         let_actor_learn(model, learning)
-        model.learn(CRAFT * 8)
+        model.learn(NUM_ENVS * 8)
         changed = {name for name, value in model.policy.state_dict().items() if (value != before[name]).any()}
         actor = {name for name in before if "policy_net" in name or "action_net" in name or name == "log_std"}
         actor |= {name for name in before if name.startswith("lstm_actor")}
@@ -79,7 +79,7 @@ def test_a_critic_that_sees_the_faults_leaves_the_actor_blind_to_them(tmp_path):
         values = [model.policy.predict_values(torch.as_tensor(item)) for item in (one, other)]
     np.testing.assert_array_equal(*actions)
     assert (values[0] != values[1]).all()
-    # In flight it is given its own part alone, and does the same; from disk too.
+    # In flight the actor has its own part alone, and gives the same action; from disk too.
     model.save(tmp_path / "model.zip")
     model.get_vec_normalize_env().save(str(tmp_path / "normalizer.pkl"))
     normalizer = model.get_vec_normalize_env()

@@ -1,4 +1,4 @@
-"""When a run does what, and what is refused."""
+"""Schedules of runs, and resumed off-policy agents."""
 
 import numpy as np
 import pytest

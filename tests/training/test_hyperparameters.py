@@ -1,4 +1,4 @@
-"""Hyperparameters: what a file of RL-Zoo's format says, what is changed, and what is refused."""
+"""Hyperparameters: files in the format of RL Baselines3 Zoo, changes, and refusals."""
 
 from pathlib import Path
 
