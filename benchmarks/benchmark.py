@@ -169,7 +169,7 @@ def measure_ppo() -> None:
     from stable_baselines3 import PPO
     from stable_baselines3.common.vec_env import VecNormalize
 
-    from ftac_gym.wrappers import SB3VecEnv, VectorResidualPolicy
+    from ftac_gym.wrappers import ResidualPolicy, SB3VecEnv
 
     class FreeVecEnv(SB3VecEnv):
         """Environment with the same spaces and no dynamics."""
@@ -190,7 +190,7 @@ def measure_ppo() -> None:
     envs = {
         "free": FreeVecEnv(native()),
         "direct": SB3VecEnv(native()),
-        "residual": SB3VecEnv(VectorResidualPolicy(native())),
+        "residual": SB3VecEnv(ResidualPolicy(native())),
     }
     models = {
         name: PPO("MlpPolicy", VecNormalize(env), n_steps=128, batch_size=8192, n_epochs=5, device="cpu", seed=0)

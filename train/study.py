@@ -46,7 +46,7 @@ response to faults of a spacecraft on target, the only part to gain."""
 
 ACTIONS: dict[str, tuple[str | None, list[str]]] = {
     "direct": (None, _ALONE),
-    "residual": (f"ResidualPolicy base={BASE} authority=1.0 fade_angle=100.0 surprise=0.03", []),
+    "residual": (f"ResidualPolicy base={BASE} authority=1.0 authority_angle=100.0 torque_threshold=0.03", []),
     "gains": (f"GainScheduling base={BASE} ranges={{rate_gain: [3.0, 9.5], bandwidth: [0.5, 50.0]}}", []),
 }
 """Wrapper and training options for each meaning of the action."""

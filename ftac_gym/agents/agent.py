@@ -19,6 +19,7 @@ from ftac_gym.baselines import observers
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.envs.observation import TIERS
 from ftac_gym.utils.parameters import require
+from ftac_gym.wrappers.action_hold import held_decision
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
@@ -241,27 +242,19 @@ class Agent:
         The state carries, for every craft, the control periods until the next decision, the action held, and the memory
         of a recurrent network.
         """
-        count = len(observation)
-        fresh = np.zeros(count, dtype=np.bool_) if episode_start is None else np.asarray(episode_start, dtype=np.bool_)
-        waiting, held, memory = state if state is not None else (np.zeros(count, dtype=np.int64), None, None)
-        due = (waiting == 0) | fresh
-        if held is None or due.any():
-            # What the critic alone sees is zero in flight: the actor does not look there.
+        start = np.zeros(len(observation), dtype=np.bool_)
+        if episode_start is not None:
+            start = np.asarray(episode_start, dtype=np.bool_)
+
+        def decide(memory: Any) -> tuple[npt.NDArray[Any], Any]:
+            # The entries for the critic alone are zero in flight: the actor has no path from them.
             unseen = (self.model.observation_space.shape or (0,))[0] - self._visible
-            observation = np.pad(observation, ((0, 0), (0, unseen)))
+            padded = np.pad(observation, ((0, 0), (0, unseen)))
             if self.normalizer is not None:
-                observation = np.asarray(self.normalizer.normalize_obs(observation))
-            decided, thought = self.model.predict(observation, memory, fresh, deterministic)
-            held = decided if held is None else np.where(due[:, None], decided, held)
-            memory = _chosen(due, thought, memory)
-        return held, (np.where(due, self.interface.hold, waiting) - 1, held, memory)
+                padded = np.asarray(self.normalizer.normalize_obs(padded))
+            return self.model.predict(padded, memory, start, deterministic)
 
-
-def _chosen(due: npt.NDArray[np.bool_], new: Any, old: Any) -> Any:
-    """Return the memory (layers, N, size) of a recurrent network: the new one of the craft that have decided."""
-    if new is None or old is None or due.all():
-        return new
-    return tuple(np.where(due[None, :, None], after, before) for after, before in zip(new, old, strict=True))
+        return held_decision(decide, self.interface.hold, state, start)
 
 
 def load_model(

@@ -130,7 +130,7 @@ def with_base_gains(interface: Interface) -> Interface:
     wrappers = []
     for name, arguments in interface.wrappers:
         if (base := base_of(name, arguments)) is not None:
-            own = {"base", "authority", "fade_angle", "fade_floor", "surprise", "ranges", "gains"}
+            own = {"base", "authority", "authority_angle", "authority_floor", "torque_threshold", "ranges", "gains"}
             changes = {key: value for key, value in arguments.items() if key not in own}
             gains = merged(baselines.defaults(base), baselines.chosen(base, arguments.get("gains", "default"), changes))
             kept = {key: value for key, value in arguments.items() if key in own - {"gains"}}

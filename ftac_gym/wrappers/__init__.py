@@ -1,14 +1,14 @@
-"""Wrappers. Those that need Stable-Baselines3 are imported when first asked for."""
+"""Wrappers for single and vector environments; those that need Stable-Baselines3 are imported at their first use."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 from ftac_gym.wrappers.action_hold import ActionHold
-from ftac_gym.wrappers.fault_estimate import FaultEstimateObservation, VectorFaultEstimateObservation
-from ftac_gym.wrappers.gain_scheduling import GainScheduling, VectorGainScheduling, schedulable_bases
-from ftac_gym.wrappers.history import ObservationHistory, VectorObservationHistory
-from ftac_gym.wrappers.residual import ResidualPolicy, VectorResidualPolicy
+from ftac_gym.wrappers.fault_estimate import FaultEstimateObservation
+from ftac_gym.wrappers.gain_scheduling import GainScheduling, schedulable_bases
+from ftac_gym.wrappers.history import ObservationHistory
+from ftac_gym.wrappers.residual import ResidualPolicy
 
 if TYPE_CHECKING:
     from ftac_gym.wrappers.sb3 import SB3VecEnv
@@ -20,16 +20,12 @@ __all__ = [
     "ObservationHistory",
     "ResidualPolicy",
     "SB3VecEnv",
-    "VectorFaultEstimateObservation",
-    "VectorGainScheduling",
-    "VectorObservationHistory",
-    "VectorResidualPolicy",
     "schedulable_bases",
 ]
 
 
 def __getattr__(name: str) -> Any:
-    """Import the adapter for Stable-Baselines3, and with it PyTorch, only when it is used."""
+    """Import the adapter for Stable-Baselines3, and with it PyTorch, at its first use."""
     if name == "SB3VecEnv":
         from ftac_gym.wrappers.sb3 import SB3VecEnv
 

@@ -1,4 +1,4 @@
-"""An agent that sets the gains of a controller, which acts."""
+"""Gains of a baseline, set by an agent in every control period."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from ftac_gym import baselines
 from ftac_gym.baselines import as_action
 from ftac_gym.baselines.gains import merged
 from ftac_gym.utils.parameters import FloatArray, fields_named, finite, require
-from ftac_gym.wrappers.residual import blind_base
-from ftac_gym.wrappers.stage import Stage, StageWrapper, VectorStageWrapper
+from ftac_gym.wrappers.residual import non_oracle
+from ftac_gym.wrappers.transform import Transform, wrapper
 
 Ranges = Mapping[str, Sequence[float]]
 
@@ -28,102 +28,22 @@ def schedulable_bases() -> list[str]:
     ]
 
 
-class _SchedulingStage(Stage):
-    """The base of N craft, with the gains that the agent chooses for each of them."""
-
-    acts = True
-
-    def __init__(
-        self, env: Any, base: baselines.BaselineLike = "pd_dob", ranges: Ranges | None = None, **gains: Any
-    ) -> None:
-        super().__init__(env)
-        scenario = self.inner.scenario
-        self.baseline = blind_base(base, scenario, self.num_spacecraft, gains)
-        law = type(self.baseline)
-        require(bool(law.schedulable), "base", f"must have gains to schedule, as {schedulable_bases()} have", base)
-        chosen = baselines.chosen(base, gains.get("gains", "default"), _changes(gains))
-        everything = law.point_of(merged(baselines.defaults(base), chosen))
-        point = {name: everything[name] for name in law.schedulable}
-        given = dict(law.schedulable) if ranges is None else ranges
-        valid = isinstance(given, Mapping) and len(given) > 0
-        require(valid, "ranges", "must map at least one gain to a pair (low, high)", ranges)
-        rows = []
-        for name, pair in given.items():
-            require(name in law.schedulable, "ranges", f"must be of gains among {sorted(law.schedulable)}", name)
-            low, high = _pair(pair, f"ranges[{name!r}]")
-            require(low > 0.0, f"ranges[{name!r}]", "must start above zero", low)
-            own = point[name]
-            rule = f"must lie strictly inside its range ({low:g}, {high:g})"
-            require(low < own < high, f"{name} of {base}", rule, own)
-            for end in (low, high):
-                # What the law's own constructor refuses is refused here.
-                with fields_named(**{f"{base}:": f"ranges[{name!r}] of {base}:"}):
-                    baselines.make(base, scenario, 1, **merged(gains, law.gains_at({**point, name: end})))
-            rows.append((low, own, high))
-        self.gains = tuple(given)
-        """The gains that the action sets, in its order."""
-        self._low, self._own, self._high = np.array(rows).T
-        self._limits = scenario.spacecraft.wheels.torque_limits
-        self.action_space = spaces.Box(-1.0, 1.0, (len(rows),), dtype=np.float32)
-
-    @property
-    def information(self) -> str:
-        """The tier of information that the base uses."""
-        return self.baseline.information
-
-    def values(self, actions: npt.NDArray[Any]) -> FloatArray:
-        """Return the gains (N, k) that actions (N, k) stand for."""
-        share = np.clip(actions, -1.0, 1.0)
-        end = np.where(share > 0.0, self._high, self._low)
-        # No rounding at zero: a ratio to the power of zero is one.
-        values: FloatArray = np.clip(self._own * (end / self._own) ** np.abs(share), self._low, self._high)
-        return values
-
-    def command(self, actions: npt.NDArray[Any]) -> FloatArray:
-        """Let the base act on the present measurement with the gains that the actions (N, k) stand for."""
-        actions = np.asarray(actions, dtype=np.float64)
-        require(bool(np.isfinite(actions).all()), "action", "must be finite", actions)
-        measurement = self.inner.measurement()
-        started = self.started(measurement, np.ones(self.num_spacecraft, dtype=np.bool_))
-        if started.any():
-            self.baseline.reset(started)
-        self.baseline.schedule(dict(zip(self.gains, self.values(actions).T, strict=True)))
-        return as_action(self.baseline.act(measurement), self._limits)
-
-
-def _changes(gains: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in gains.items() if name != "gains"}
-
-
-def _pair(value: Any, field: str) -> tuple[float, float]:
-    listed = isinstance(value, (list, tuple, np.ndarray)) and len(value) == 2
-    require(listed, field, "must be a pair (low, high)", value)
-    return finite(value[0], field), finite(value[1], field)
-
-
-class VectorGainScheduling(VectorStageWrapper):
-    """:class:`GainScheduling` for N craft, each with its own gains; every craft's base is reset with its episode."""
-
-    stage_type = _SchedulingStage
-
-
-class GainScheduling(StageWrapper):
+class Scheduling(Transform):
     """Let the agent set a few gains of a baseline, which acts.
 
-    The action has one entry within [-1, 1] for each gain: zero is the base's own, bit for bit, 1 and -1 are the ends of
-    its range, and between them the gain grows geometrically. Each gain counts for the coming control period. Given a
-    vector environment, the constructor returns a :class:`VectorGainScheduling`.
+    The action has one entry within [-1, 1] for each gain: zero is the base's default, bit for bit, 1 and -1 are the
+    ends of its range, and between them the gain is geometric in the action. Each gain counts for the coming control
+    period; every spacecraft has its own.
 
     Parameters
     ----------
     env
         An environment of this package, single or vector.
     base
-        Name of the baseline, one of :func:`schedulable_bases`; for a law of your own its class, or where that is, as
-        ``"module:Class"``.
+        Name of the baseline, one of :func:`schedulable_bases`, a custom class, or its path as ``"module:Class"``.
     ranges
-        Gain to (low, high); the base's own gain lies between them. None takes all that the law can schedule, within
-        their usual bounds (:attr:`~ftac_gym.baselines.Baseline.schedulable`).
+        Gain to (low, high); the base's default lies between them. None takes all gains that the base can schedule,
+        within their usual bounds (:attr:`~ftac_gym.baselines.Baseline.schedulable`).
     **gains
         Gains of the baseline.
 
@@ -134,9 +54,71 @@ class GainScheduling(StageWrapper):
         range is refused.
     """
 
-    vector_type = VectorGainScheduling
+    acts = True
 
     def __init__(
         self, env: Any, base: baselines.BaselineLike = "pd_dob", ranges: Ranges | None = None, **gains: Any
     ) -> None:
-        super().__init__(env, base=base, ranges=ranges, **gains)
+        super().__init__(env)
+        scenario = self.inner.scenario
+        self.baseline = non_oracle(base, scenario, self.num_spacecraft, gains)
+        law = type(self.baseline)
+        require(bool(law.schedulable), "base", f"must have gains to schedule, as {schedulable_bases()} have", base)
+        changes = {name: value for name, value in gains.items() if name != "gains"}
+        chosen = baselines.chosen(base, gains.get("gains", "default"), changes)
+        everything = law.point_of(merged(baselines.defaults(base), chosen))
+        point = {name: everything[name] for name in law.schedulable}
+        given = dict(law.schedulable) if ranges is None else ranges
+        valid = isinstance(given, Mapping) and len(given) > 0
+        require(valid, "ranges", "must map at least one gain to a pair (low, high)", ranges)
+        rows = []
+        for name, pair in given.items():
+            require(name in law.schedulable, "ranges", f"must be of gains among {sorted(law.schedulable)}", name)
+            low, high = _pair(pair, f"ranges[{name!r}]")
+            require(low > 0.0, f"ranges[{name!r}]", "must start above zero", low)
+            default = point[name]
+            rule = f"must lie strictly inside its range ({low:g}, {high:g})"
+            require(low < default < high, f"{name} of {base}", rule, default)
+            for end in (low, high):
+                # The constructor of the base checks the ends of the range.
+                with fields_named(**{f"{base}:": f"ranges[{name!r}] of {base}:"}):
+                    baselines.make(base, scenario, 1, **merged(gains, law.gains_at({**point, name: end})))
+            rows.append((low, default, high))
+        self.gains = tuple(given)
+        """The gains that the action sets, in its order."""
+        self._low, self._default, self._high = np.array(rows).T
+        self._limits = scenario.spacecraft.wheels.torque_limits
+        self.action_space = spaces.Box(-1.0, 1.0, (len(rows),), dtype=np.float32)
+
+    @property
+    def information(self) -> str:
+        """The information tier of the base."""
+        return self.baseline.information
+
+    def values(self, actions: npt.NDArray[Any]) -> FloatArray:
+        """Return the gains (N, k) for actions (N, k)."""
+        share = np.clip(actions, -1.0, 1.0)
+        end = np.where(share > 0.0, self._high, self._low)
+        # No rounding at zero: a ratio to the power of zero is one.
+        values: FloatArray = np.clip(self._default * (end / self._default) ** np.abs(share), self._low, self._high)
+        return values
+
+    def command(self, actions: npt.NDArray[Any]) -> FloatArray:
+        """Return the base's actions at the present measurement with the gains for the actions (N, k)."""
+        actions = np.asarray(actions, dtype=np.float64)
+        require(bool(np.isfinite(actions).all()), "action", "must be finite", actions)
+        measurement = self.inner.measurement()
+        started = self.started(measurement, np.ones(self.num_spacecraft, dtype=np.bool_))
+        if started.any():
+            self.baseline.reset(started)
+        self.baseline.schedule(dict(zip(self.gains, self.values(actions).T, strict=True)))
+        return as_action(self.baseline.act(measurement), self._limits)
+
+
+def _pair(value: Any, field: str) -> tuple[float, float]:
+    listed = isinstance(value, (list, tuple, np.ndarray)) and len(value) == 2
+    require(listed, field, "must be a pair (low, high)", value)
+    return finite(value[0], field), finite(value[1], field)
+
+
+GainScheduling = wrapper("GainScheduling", Scheduling)

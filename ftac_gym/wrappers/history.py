@@ -1,4 +1,4 @@
-"""An agent that remembers: the observation now, and those before it."""
+"""Observations of the past beside the present one."""
 
 from __future__ import annotations
 
@@ -9,61 +9,20 @@ from gymnasium import spaces
 
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import whole
-from ftac_gym.wrappers.stage import BoolArray, Observation, Stage, StageWrapper, VectorStageWrapper
+from ftac_gym.wrappers.transform import BoolArray, Observation, Transform, wrapper
 
 
-class _HistoryStage(Stage):
-    """The latest observations of N craft, in a ring that turns once per control period for all of them."""
-
-    def __init__(self, env: Any, steps: int = 4, stride: int = 1) -> None:
-        super().__init__(env)
-        steps, stride = whole(steps, 1, "steps"), whole(stride, 1, "stride")
-        space = self.observation_space
-        self._ages = stride * np.arange(steps)
-        size = space.shape[0]
-        self._ring = np.zeros((int(self._ages[-1]) + 1, self.num_spacecraft, size), dtype=np.float32)
-        self._newest = 0
-        low, high = (np.tile(bound, steps).astype(np.float32) for bound in (space.low, space.high))
-        self.observation_space = spaces.Box(low, high, dtype=np.float32)
-
-    def observe(self, observation: Observation, mask: BoolArray) -> Observation:
-        """Add an observation (N, size) for the craft in the mask (N,), and return what is remembered."""
-        if mask.all():
-            self._newest = (self._newest + 1) % len(self._ring)
-            self._ring[self._newest] = observation
-        started = self.started(self.inner.measurement(), mask)
-        if started.any():
-            self._ring[:, started] = observation[started]
-        return self._joined(self._ring[self._newest], self._newest)
-
-    def preview(self, observation: Observation, measurement: Measurement) -> Observation:
-        """Return what would be remembered with this observation (N, size) added."""
-        return self._joined(observation, self._newest + 1)
-
-    def _joined(self, latest: Observation, place: int) -> Observation:
-        """Return the latest observation, which belongs at a place in the ring, with those before it."""
-        earlier = [self._ring[(place - age) % len(self._ring)] for age in self._ages[1:]]
-        return np.concatenate([latest, *earlier], axis=1)
-
-
-class VectorObservationHistory(VectorStageWrapper):
-    """:class:`ObservationHistory` for N craft."""
-
-    stage_type = _HistoryStage
-
-
-class ObservationHistory(StageWrapper):
+class History(Transform):
     """Show the observation and the ones before it, the newest first.
 
-    At the start of an episode its first observation stands for the past. Given a vector environment, the constructor
-    returns a :class:`VectorObservationHistory`.
+    At the start of an episode its first observation stands for the past.
 
     Parameters
     ----------
     env
         An environment of this package, single or vector.
     steps
-        How many observations are shown; one is the present one alone.
+        Number of observations that are shown; one is the present one alone.
     stride
         Control periods between them.
 
@@ -73,7 +32,35 @@ class ObservationHistory(StageWrapper):
         If the environment is not of this package, or a number is not a positive integer.
     """
 
-    vector_type = VectorObservationHistory
-
     def __init__(self, env: Any, steps: int = 4, stride: int = 1) -> None:
-        super().__init__(env, steps=steps, stride=stride)
+        super().__init__(env)
+        steps, stride = whole(steps, 1, "steps"), whole(stride, 1, "stride")
+        space = self.observation_space
+        self._ages = stride * np.arange(steps)
+        # A ring that turns once per control period for all spacecraft.
+        self._ring = np.zeros((int(self._ages[-1]) + 1, self.num_spacecraft, space.shape[0]), dtype=np.float32)
+        self._newest = 0
+        low, high = (np.tile(bound, steps).astype(np.float32) for bound in (space.low, space.high))
+        self.observation_space = spaces.Box(low, high, dtype=np.float32)
+
+    def observe(self, observation: Observation, mask: BoolArray) -> Observation:
+        """Add an observation (N, size) for the spacecraft in the mask (N,), and return the history."""
+        if mask.all():
+            self._newest = (self._newest + 1) % len(self._ring)
+            self._ring[self._newest] = observation
+        started = self.started(self.inner.measurement(), mask)
+        if started.any():
+            self._ring[:, started] = observation[started]
+        return self._joined(self._ring[self._newest], self._newest)
+
+    def preview(self, observation: Observation, measurement: Measurement) -> Observation:
+        """Return the history with this observation (N, size) added."""
+        return self._joined(observation, self._newest + 1)
+
+    def _joined(self, latest: Observation, place: int) -> Observation:
+        """Return the latest observation, at a place in the ring, and those before it."""
+        earlier = [self._ring[(place - age) % len(self._ring)] for age in self._ages[1:]]
+        return np.concatenate([latest, *earlier], axis=1)
+
+
+ObservationHistory = wrapper("ObservationHistory", History)

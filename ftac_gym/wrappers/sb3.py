@@ -15,6 +15,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvS
 
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import require
+from ftac_gym.wrappers.action_hold import held_steps
 
 
 class SB3VecEnv(VecEnv):
@@ -75,12 +76,11 @@ class SB3VecEnv(VecEnv):
         listed: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         done = np.zeros(self.num_envs, dtype=np.bool_)
         total = np.zeros(self.num_envs)
-        actions = self._actions
-        for _ in range(self.hold):
-            observation, reward, terminated, truncated, infos = self.env.step(actions)
-            total += np.where(done, 0.0, reward)
-            self._lengths += ~done
-            ended = (terminated | truncated) & ~done
+        for running, result in held_steps(self.env.step, self._actions, self.hold):
+            observation, reward, terminated, truncated, infos = result
+            total += np.where(running, reward, 0.0)
+            self._lengths += running
+            ended = (terminated | truncated) & running
             if ended.any():
                 for craft in np.flatnonzero(ended).tolist():
                     listed[craft] = {
@@ -90,7 +90,6 @@ class SB3VecEnv(VecEnv):
                         "episode": {"r": float(self._returns[craft] + total[craft]), "l": int(self._lengths[craft])},
                     }
                 done = done | ended
-                actions = np.where(done[:, None], 0.0, actions)
         self._returns = np.where(done, 0.0, self._returns + total)
         self._lengths[done] = 0
         return observation, total.astype(np.float32), done, listed

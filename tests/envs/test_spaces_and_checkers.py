@@ -23,6 +23,7 @@ from ftac_gym.task.scenario import RewardWeights
 from ftac_gym.task.sensors import SensorErrors
 from ftac_gym.utils.serialization import to_plain
 from ftac_gym.wrappers import ResidualPolicy
+from ftac_gym.wrappers.residual import Residual
 
 WHEELS = {
     "SpacecraftFTC-v0": 4,
@@ -149,7 +150,7 @@ def test_spec_remakes_the_same_environment(environment_id, arguments):
 def test_spec_remakes_a_residual_policy():
     env = ResidualPolicy(gym.make(IDS[0], duration=10.0), base="pd", authority=0.3, braking_share=0.31)
     again = gym.make(EnvSpec.from_json(env.spec.to_json()))
-    assert isinstance(again, ResidualPolicy)
+    assert isinstance(again.transform, Residual)
     assert_same(fly(again, seed=3), fly(env, seed=3))
 
 

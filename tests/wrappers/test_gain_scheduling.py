@@ -82,14 +82,14 @@ def test_the_law_for_flexible_craft():
         action, _ = policy.predict(expected[0])
         result, expected = env.step(np.zeros(env.action_space.shape)), plain.step(action)
     assert np.isfinite(env.step(np.ones(env.action_space.shape))[0]).all()
-    assert "rate_limit" not in env.stage.gains
+    assert "rate_limit" not in env.transform.gains
 
 
 def test_the_action_is_geometric_within_the_range():
     ranges = {"rate_limit": [0.1, 0.3], "rate_gain": (3.0, 9.5)}
     env = GainScheduling(SpacecraftFTCEnv(), "pd", ranges, rate_limit=0.2)
     own = baselines.defaults("pd")["rate_gain"]
-    assert env.stage.gains == ("rate_limit", "rate_gain") and env.action_space.shape == (2,)
+    assert env.transform.gains == ("rate_limit", "rate_gain") and env.action_space.shape == (2,)
     for action, expected in (
         ((0.0, 0.0), (0.2, own)),
         ((1.0, -1.0), (0.3, 3.0)),
@@ -97,7 +97,7 @@ def test_the_action_is_geometric_within_the_range():
         ((0.5, -0.5), (np.sqrt(0.2 * 0.3), np.sqrt(own * 3.0))),
         ((7.0, -7.0), (0.3, 3.0)),  # beyond the space
     ):
-        np.testing.assert_allclose(env.stage.values(np.array([action]))[0], expected, rtol=1e-14)
+        np.testing.assert_allclose(env.transform.values(np.array([action]))[0], expected, rtol=1e-14)
 
 
 @pytest.mark.parametrize("name", BASES)
@@ -107,18 +107,18 @@ def test_scheduled_gains_are_those_of_a_law_that_is_built_with_them(name):
     env = GainScheduling(native("NextStep", duration=10.0, tumble_rate=None, initial_state=near), name)
     env.reset(seed=1)
     law, scenario, random = baselines.baseline_class(name), env.unwrapped.scenario, np.random.default_rng(0)
-    count = len(env.stage.gains)
+    count = len(env.transform.gains)
     corners = np.array(list(itertools.product((-1.0, 1.0), repeat=count)))
     rows = np.concatenate([corners, random.uniform(-1.0, 1.0, (CRAFT, count))])
     rows = rows[: len(rows) // CRAFT * CRAFT].reshape(-1, CRAFT, count)
     everyone, spread = np.ones(CRAFT, dtype=bool), []
     for actions in rows:
-        measurement, values = env.unwrapped.measurement(), env.stage.values(actions)
-        memory = env.stage.baseline.memory.copy()
+        measurement, values = env.unwrapped.measurement(), env.transform.values(actions)
+        memory = env.transform.baseline.memory.copy()
         env.step(actions)
         sent = env.unwrapped.measurement().last_command
         for craft in range(CRAFT):
-            point = dict(zip(env.stage.gains, values[craft].tolist(), strict=True))
+            point = dict(zip(env.transform.gains, values[craft].tolist(), strict=True))
             built = baselines.make(name, scenario, CRAFT, **law.gains_at(point))
             built.memory.restore(memory, everyone)
             expected = built.act(measurement)

@@ -3,14 +3,15 @@
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.vector import AutoresetMode
+from gymnasium.vector import AutoresetMode, VectorEnv
 from helpers.custom_baseline import CustomBaseline, CustomOracle
 from helpers.names import fitting
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
 from ftac_gym.task.initial_state import InitialState
-from ftac_gym.wrappers import ResidualPolicy, VectorResidualPolicy
+from ftac_gym.wrappers import ResidualPolicy
+from ftac_gym.wrappers.residual import Residual
 
 CRAFT, WHEELS = 4, 4
 # Craft tumble at different times, under the base too, because their rates are large and random.
@@ -74,9 +75,9 @@ def test_zero_residual_is_the_base_in_a_vector_environment(mode, name):
     assert ends.sum() >= 5 and lonely == (name != "hsfc")
 
 
-@pytest.mark.parametrize("fade", [{}, {"fade_angle": 2.5, "fade_floor": 0.2}], ids=["constant", "fading"])
+@pytest.mark.parametrize("profile", [{}, {"authority_angle": 2.5, "authority_floor": 0.2}], ids=["constant", "falling"])
 @pytest.mark.parametrize("mode", MODES)
-def test_a_vector_equals_single_environments(mode, fade):
+def test_a_vector_equals_single_environments(mode, profile):
     """With residuals, and in disabled mode with partial resets: every craft is the single environment."""
     vector = ResidualPolicy(native(mode, observation="telemetry"), authority=0.4)
     singles = [
@@ -147,8 +148,8 @@ def test_the_action_sent_on(authority):
     limited = 0
     for _ in range(20):
         residual = random.uniform(-1.0, 1.0, (CRAFT, WHEELS))
-        action = np.clip(wrapped.base.action + authority * residual, -1.0, 1.0)
-        np.testing.assert_array_equal(observation[:, -WHEELS:], wrapped.base.action.astype(np.float32))
+        action = np.clip(wrapped.transform.base_action + authority * residual, -1.0, 1.0)
+        np.testing.assert_array_equal(observation[:, -WHEELS:], wrapped.transform.base_action.astype(np.float32))
         limited += (np.abs(action) == 1.0).sum()
         observation, *_ = wrapped.step(residual)
         np.testing.assert_array_equal(observation[:, :-WHEELS], plain.step(action)[0])
@@ -156,11 +157,11 @@ def test_the_action_sent_on(authority):
 
 
 @pytest.mark.parametrize(("angle", "share"), [(0.5, 1.0), (0.1, 0.5), (0.03, 0.15), (0.001, 0.05)])
-def test_fading_authority(angle, share):
+def test_authority_near_the_target(angle, share):
     """Below 0.2 rad the authority shrinks with the error, down to a twentieth."""
     start = InitialState.fixed((np.cos(angle / 2.0), 0.0, np.sin(angle / 2.0), 0.0))
     scenario = {"initial_state": start, "sensors": None, "faults": None}
-    gains = {"base": "pd", "authority": 0.4, "fade_angle": 0.2, "fade_floor": 0.05}
+    gains = {"base": "pd", "authority": 0.4, "authority_angle": 0.2, "authority_floor": 0.05}
     for make in (SpacecraftFTCEnv, lambda **changes: SpacecraftFTCVectorEnv(1, **changes)):
         env = ResidualPolicy(make(**scenario), **gains)
         observation, _ = env.reset(seed=0)
@@ -174,7 +175,7 @@ def test_fading_authority(angle, share):
 def test_spaces():
     inner = gym.make("SpacecraftFTC-v0")
     wrapped, vector = ResidualPolicy(inner), ResidualPolicy(native("SameStep"))
-    assert isinstance(vector, VectorResidualPolicy) and vector.num_envs == CRAFT
+    assert isinstance(vector, VectorEnv) and isinstance(vector.transform, Residual) and vector.num_envs == CRAFT
     assert wrapped.action_space == inner.action_space == vector.single_action_space
     size = inner.observation_space.shape[0]
     assert wrapped.observation_space.shape == (size + WHEELS,)
@@ -198,8 +199,8 @@ def test_gains_reach_the_base():
         ({"authority": 0.0}, "authority must be above 0 and at most 2, got 0.0"),
         ({"authority": 2.1}, "authority must be above 0 and at most 2"),
         ({"authority": float("nan")}, "authority must be finite, got nan"),
-        ({"fade_angle": -0.1}, "fade_angle must not be negative"),
-        ({"fade_angle": 0.1, "fade_floor": 1.5}, r"fade_floor must be within \[0, 1\], got 1.5"),
+        ({"authority_angle": -0.1}, "authority_angle must not be negative"),
+        ({"authority_angle": 0.1, "authority_floor": 1.5}, r"authority_floor must be within \[0, 1\], got 1.5"),
         ({"rate_gain": -1.0}, "rate_gain must be positive"),
         ({"beauty": 1.0}, "gains of pd_dob.*beauty"),
     ],

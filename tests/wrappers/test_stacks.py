@@ -26,7 +26,10 @@ from ftac_gym.wrappers import (
 CRAFT = 4
 SETTINGS = {"duration": 2.0, "tumble_rate": 0.016}  # s, rad/s
 MODES = [mode.value for mode in AutoresetMode]
-RESIDUAL = (ResidualPolicy, {"authority": 0.4, "fade_angle": 2.0, "fade_floor": 0.1, "surprise": 0.05})
+RESIDUAL = (
+    ResidualPolicy,
+    {"authority": 0.4, "authority_angle": 2.0, "authority_floor": 0.1, "torque_threshold": 0.05},
+)
 GAINS = (GainScheduling, {"base": "pd_dob", "ranges": {"braking_share": [0.4, 1.0], "bandwidth": [1.0, 9.0]}})
 OBSERVER = (FaultEstimateObservation, {"source": "asmo"})
 TRUTH = (FaultEstimateObservation, {"source": "truth"})
@@ -182,7 +185,7 @@ def test_the_environment_is_reached_through_the_wrappers(make):
     env = wrapped(inner, STACKS[-2])
     env.reset(seed=0)
     assert env.unwrapped is inner
-    assert env.unwrapped.measurement().time.tolist() == [0.0] * env.stage.num_spacecraft
+    assert env.unwrapped.measurement().time.tolist() == [0.0] * env.transform.num_spacecraft
     assert env.information == "oracle" and env.env.information == "attitude"
 
 

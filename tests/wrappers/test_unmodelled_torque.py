@@ -1,4 +1,4 @@
-"""A residual whose authority opens for surprises: shut in quiet pointing, open when a fault strikes, shut in slews."""
+"""Authority of a residual under unmodelled torque: only the onset of a fault near the target gives it."""
 
 import gymnasium as gym
 import numpy as np
@@ -11,12 +11,12 @@ from ftac_gym.task.initial_state import InitialState
 from ftac_gym.wrappers import ResidualPolicy
 
 ONSET, PERIOD = 2.0, 0.1
-STRUCK = FaultSchedule((Bias(wheel=0, onset=ONSET, constant=0.08),))
+FAULTY = FaultSchedule((Bias(wheel=0, onset=ONSET, constant=0.08),))
 QUIET = scenarios.get("flagship").replace(
-    faults=STRUCK, sensors=None, inertia_uncertainty=None, disturbance=None, initial_state=InitialState.fixed(),
+    faults=FAULTY, sensors=None, inertia_uncertainty=None, disturbance=None, initial_state=InitialState.fixed(),
     duration=4.0,
 )  # fmt: skip
-OPENING = {"base": "pd_dob", "authority": 0.5, "fade_angle": 100.0, "surprise": 0.02}
+OPENING = {"base": "pd_dob", "authority": 0.5, "authority_angle": 100.0, "torque_threshold": 0.02}
 
 
 def differences(scenario, **changes):
@@ -29,34 +29,34 @@ def differences(scenario, **changes):
     found, done = [], False
     while not done:
         base, _ = policy.predict(observation)
-        authority = residual.base.command(np.ones(4)) - residual.base.action
-        np.testing.assert_allclose(residual.base.action[0], base, atol=1e-12)
+        authority = residual.transform.command(np.ones(4)) - residual.transform.base_action
+        np.testing.assert_allclose(residual.transform.base_action[0], base, atol=1e-12)
         found.append(np.abs(authority).max())
         observation, _, _, done, _ = plain.step(base)
         residual.step(np.zeros(4))
     return np.array(found)
 
 
-def test_it_opens_when_a_fault_strikes_and_shuts_again():
+def test_authority_at_the_onset_of_a_fault_and_after():
     found = differences(QUIET)
-    before, struck = found[: round(ONSET / PERIOD) + 1], found[round(ONSET / PERIOD) + 1]
+    before, onset = found[: round(ONSET / PERIOD) + 1], found[round(ONSET / PERIOD) + 1]
     assert before.max() < 1e-4
-    assert struck == pytest.approx(0.5, abs=1e-6)  # 0.08 N m is far above what opens it fully
+    assert onset == pytest.approx(0.5, abs=1e-6)  # 0.08 N m is far above what opens it fully
     assert found[-5:].max() < 0.02
 
 
 def test_without_it_nothing_opens():
-    assert differences(QUIET, surprise=None).max() < 1e-4
+    assert differences(QUIET, torque_threshold=None).max() < 1e-4
 
 
 def test_noise_hardly_opens_it():
-    """Torques that noise feigns are a fraction of what faults do."""
+    """Noise looks like a fraction of the torque of a fault."""
     noisy = QUIET.replace(faults=None, sensors=scenarios.get("flagship").sensors)
-    assert np.median(differences(noisy, surprise=0.05)) < 0.05
+    assert np.median(differences(noisy, torque_threshold=0.05)) < 0.05
 
 
-def test_a_slew_is_no_surprise():
-    """With another inertia than the model's, every acceleration differs from what is expected."""
+def test_a_slew_opens_nothing():
+    """With another inertia than the model's, every acceleration leaves an unmodelled torque."""
     slew = QUIET.replace(
         faults=None, initial_state=InitialState(angle=(1.0, 2.0)),
         inertia_uncertainty=scenarios.get("flagship").inertia_uncertainty,
@@ -65,8 +65,8 @@ def test_a_slew_is_no_surprise():
 
 
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep", "Disabled"])
-def test_every_craft_is_surprised_by_itself(mode):
-    """A vector equals single environments, through resets at different times."""
+def test_a_vector_equals_single_environments(mode):
+    """Through resets at different times."""
     scenario = scenarios.get("flagship_pointing").replace(duration=4.0, tumble_rate=4e-4)
     vector = ResidualPolicy(SpacecraftFTCVectorEnv(3, scenario=scenario, autoreset_mode=mode), **OPENING)
     singles = [ResidualPolicy(gym.make("SpacecraftFTC-v0", scenario=scenario), **OPENING) for _ in range(3)]
@@ -95,8 +95,11 @@ def test_every_craft_is_surprised_by_itself(mode):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"surprise": 0.0}, "surprise must be positive, got 0.0"),
-        ({"fade_angle": 0.0}, "fade_angle must be positive where a surprise opens the authority, got 0.0"),
+        ({"torque_threshold": 0.0}, "torque_threshold must be positive, got 0.0"),
+        (
+            {"authority_angle": 0.0},
+            "authority_angle must be positive where an unmodelled torque opens .*, got 0.0",
+        ),
     ],
 )
 def test_bad_values(changes, message):

@@ -1,0 +1,253 @@
+"""Transforms of actions and observations, and the wrappers that put them around single and vector environments."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable, Iterator
+from typing import Any, ClassVar, ParamSpec
+
+import gymnasium as gym
+import numpy as np
+import numpy.typing as npt
+from gymnasium import spaces
+from gymnasium.envs.registration import load_env_creator
+from gymnasium.utils import RecordConstructorArgs
+from gymnasium.vector import VectorEnv, VectorWrapper
+from gymnasium.vector.utils import batch_space
+
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.utils.parameters import FloatArray, require
+from ftac_gym.wrappers.action_hold import ActionHold
+
+BoolArray = npt.NDArray[np.bool_]
+Observation = npt.NDArray[np.float32]
+
+
+class Transform:
+    """Change of the actions and observations of N spacecraft; this one changes nothing.
+
+    A subclass overrides :meth:`command`, :meth:`observe` and :meth:`preview`, and sets its spaces. Its state starts
+    anew for spacecraft whose clock stands at zero, whatever the autoreset mode: see :meth:`started`.
+
+    Parameters
+    ----------
+    env
+        An environment of this package, single or vector, wrapped or not.
+
+    Raises
+    ------
+    ValueError
+        If the environment is not of this package, its observations are no flat Box, it holds its actions already, or
+        two transforms would act on the wheels.
+    """
+
+    acts: ClassVar[bool] = False
+    """Whether it turns the agent's actions into commands to the wheels."""
+
+    def __init__(self, env: Any) -> None:
+        self.inner = env.unwrapped
+        """The environment with the measurements."""
+        known = callable(getattr(self.inner, "measurement", None))
+        require(known, "env", "must be an environment of ftac_gym", env)
+        several = isinstance(env, VectorEnv)
+        space = env.single_observation_space if several else env.observation_space
+        flat = isinstance(space, spaces.Box) and len(space.shape) == 1
+        require(flat, "env", "must have a Box observation space with one axis", space)
+        for layer in _layers(env):
+            rule = "must not hold its actions yet: ActionHold goes outside of all that runs once per control period"
+            require(not isinstance(layer, ActionHold), "env", rule, env)
+            taken = self.acts and getattr(getattr(layer, "transform", None), "acts", False)
+            require(not taken, "env", "must take commands to the wheels: one wrapper can act on them", env)
+        self.num_spacecraft: int = env.num_envs if several else 1
+        self.observation_space: Any = space
+        """Observation space of one spacecraft, for the agent."""
+        self.action_space: spaces.Space[Any] = env.single_action_space if several else env.action_space
+        """Action space of one spacecraft, for the agent."""
+
+    @property
+    def information(self) -> str:
+        """The information tier of its inputs."""
+        return "attitude"
+
+    def command(self, actions: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Return the actions to send on for the agent's actions (N, k)."""
+        return actions
+
+    def observe(self, observation: Observation, mask: BoolArray) -> Observation:
+        """Return the agent's view of an observation (N, size), which is new for the spacecraft in the mask (N,)."""
+        return observation
+
+    def preview(self, observation: Observation, measurement: Measurement) -> Observation:
+        """Return the agent's view of another observation (N, size) and measurement, without a change of state."""
+        return observation
+
+    def started(self, measurement: Measurement, mask: BoolArray) -> BoolArray:
+        """Return the spacecraft (N,) of the mask that are at the start of an episode."""
+        started: BoolArray = mask & (measurement.time == 0.0)
+        return started
+
+    def extend(self, low: FloatArray, high: FloatArray) -> None:
+        """Add entries with these bounds (k,) to the observation space."""
+        space = self.observation_space
+        lowest = np.concatenate([space.low, low], dtype=np.float32)
+        highest = np.concatenate([space.high, high], dtype=np.float32)
+        self.observation_space = spaces.Box(lowest, highest, dtype=np.float32)
+
+
+class TransformWrapper(
+    gym.Wrapper[Observation, npt.NDArray[Any], Observation, npt.NDArray[Any]], RecordConstructorArgs
+):
+    """A single environment with a transform.
+
+    Parameters
+    ----------
+    env
+        An environment of this package.
+    transform
+        A class of transforms, or its path as ``"module:Class"``, as a specification holds it.
+    **arguments
+        Arguments of the transform.
+
+    Raises
+    ------
+    ValueError
+        If the transform refuses the environment or an argument.
+    """
+
+    def __init__(self, env: Any, transform: Callable[..., Transform] | str, **arguments: Any) -> None:
+        kind: Any = load_env_creator(transform) if isinstance(transform, str) else transform
+        RecordConstructorArgs.__init__(self, transform=f"{kind.__module__}:{kind.__qualname__}", **arguments)
+        super().__init__(env)
+        self.transform: Transform = kind(env, **arguments)
+        self.information = self.transform.information
+        self.observation_space = self.transform.observation_space
+        self.action_space = self.transform.action_space
+        self._all = np.ones(1, dtype=np.bool_)
+
+    def __str__(self) -> str:
+        """Return the names of the transform and of the layers inside."""
+        return f"<{type(self.transform).__name__}{self.env}>"
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Reset the environment and the transform."""
+        observation, info = self.env.reset(seed=seed, options=options)
+        return self.transform.observe(observation[None], self._all)[0], info
+
+    def step(self, action: npt.NDArray[Any]) -> tuple[Observation, Any, bool, bool, dict[str, Any]]:
+        """Step the environment through the transform.
+
+        Raises
+        ------
+        ValueError
+            If the action has the wrong shape or is not finite.
+        """
+        action = np.asarray(action)
+        if action.shape != self.action_space.shape:
+            raise ValueError(f"action must have shape {self.action_space.shape}, got {action.shape}")
+        observation, *others = self.env.step(self.transform.command(action[None])[0])
+        return (self.transform.observe(observation[None], self._all)[0], *others)
+
+
+class VectorTransformWrapper(
+    VectorWrapper[Observation, npt.NDArray[Any], Observation, npt.NDArray[Any], npt.NDArray[Any]]
+):
+    """A vector environment with a transform, in every autoreset mode.
+
+    Parameters
+    ----------
+    env
+        A vector environment of this package.
+    transform
+        A class of transforms.
+    **arguments
+        Arguments of the transform.
+
+    Raises
+    ------
+    ValueError
+        If the transform refuses the environment or an argument.
+    """
+
+    def __init__(self, env: VectorEnv[Any, Any, Any], transform: Callable[..., Transform], **arguments: Any) -> None:
+        super().__init__(env)
+        self.transform = transform(env, **arguments)
+        self.information = self.transform.information
+        self.single_observation_space = self.transform.observation_space
+        self.single_action_space = self.transform.action_space
+        self.observation_space = batch_space(self.single_observation_space, env.num_envs)
+        self.action_space = batch_space(self.single_action_space, env.num_envs)
+        self._all = np.ones(env.num_envs, dtype=np.bool_)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Reset the spacecraft, or those of a mask, and the transform's state of them."""
+        observation, infos = self.env.reset(seed=seed, options=options)
+        mask = (options or {}).get("reset_mask")
+        return self.transform.observe(observation, self._all if mask is None else mask), infos
+
+    def step(
+        self, actions: npt.NDArray[Any]
+    ) -> tuple[Observation, npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], dict[str, Any]]:
+        """Step the spacecraft through the transform.
+
+        Raises
+        ------
+        ValueError
+            If the actions have the wrong shape or are not finite.
+        """
+        actions = np.asarray(actions)
+        if actions.shape != self.action_space.shape:
+            raise ValueError(f"actions must have shape {self.action_space.shape}, got {actions.shape}")
+        observation, *others, infos = self.env.step(self.transform.command(actions))
+        if "final_obs" in infos:
+            self._complete(infos["final_obs"], np.flatnonzero(infos["_final_obs"]), observation)
+        return (self.transform.observe(observation, self._all), *others, infos)  # type: ignore[return-value]
+
+    def _complete(self, final: npt.NDArray[Any], ended: npt.NDArray[np.intp], observation: Observation) -> None:
+        """Replace the last observations of the spacecraft that ended by the agent's view of them (same-step mode)."""
+        # The environment has reset these spacecraft already; the transform still holds the state of their episodes.
+        last = observation.copy()
+        for spacecraft in ended:
+            last[spacecraft] = final[spacecraft]
+        seen = self.transform.preview(last, self.env.unwrapped.final_measurement)  # type: ignore[attr-defined]
+        for spacecraft in ended:
+            final[spacecraft] = seen[spacecraft].copy()
+
+
+Arguments = ParamSpec("Arguments")
+
+
+def wrapper(name: str, transform: Callable[Arguments, Transform]) -> Callable[Arguments, Any]:
+    """Return the function that puts a transform around an environment, single or vector.
+
+    It has the signature and the documentation of the transform.
+
+    Parameters
+    ----------
+    name
+        Name of the function.
+    transform
+        A class of transforms.
+    """
+    signature = inspect.signature(transform)
+
+    def wrap(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Any:
+        bound = signature.bind(*args, **kwargs)
+        arguments = dict(zip(signature.parameters, bound.args, strict=False)) | bound.kwargs
+        kind = VectorTransformWrapper if isinstance(arguments["env"], VectorEnv) else TransformWrapper
+        return kind(transform=transform, **arguments)
+
+    functools.update_wrapper(wrap, transform, updated=())
+    wrap.__name__ = wrap.__qualname__ = name
+    return wrap
+
+
+def _layers(env: Any) -> Iterator[Any]:
+    """Yield the wrappers around an environment, the outermost first."""
+    while isinstance(env, (gym.Wrapper, VectorWrapper)):
+        yield env
+        env = env.env
