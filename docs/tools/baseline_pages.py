@@ -127,7 +127,7 @@ def flight(task: Scenario, scenario: str, histories: Mapping[str, Rollout], file
     header += ("largest rate error [deg/s]", "at the torque limit", "chatter [N m/s]")
     whole, (cone, slow) = scenarios.get(scenario).duration, np.degrees((task.success.angle, task.success.rate))
     length = f"{whole:g} s" if task.duration >= whole else f"The first {task.duration:g} of {whole:g} s"
-    faults = plots.faults_in_words(next(iter(histories.values())).episodes, 0)
+    faults = plots.fault_description(next(iter(histories.values())).episodes)
     text = (
         f"{length} of {scenario_link(scenario)}, seed {SEED}. Faults: {faults}. On target is within {cone:.3g} deg and"
         f" {slow:.3g} deg/s, and success is to be there for the last {task.success.hold:g} s, which also are the end in"

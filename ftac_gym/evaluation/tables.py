@@ -18,22 +18,26 @@ Cells = list[list[str]]
 """Rows of a table, the headings first."""
 
 
+def short(value: float) -> str:
+    """Format a number with three digits, or all digits before the point."""
+    return f"{value:.0f}" if abs(value) >= 1000.0 else f"{value:.3g}"
+
+
 def number(value: Estimate) -> str:
     """Format an estimate with its interval."""
-    if not value.count:
-        return "-"
-    point, low, high = (
-        f"{item:.0f}" if abs(item) >= 1000.0 else f"{item:.3g}" for item in (value.value, value.low, value.high)
-    )
-    return f"{point} [{low}, {high}]"
+    return f"{short(value.value)} [{short(value.low)}, {short(value.high)}]" if value.count else "-"
+
+
+def judgement(metric: str, difference: Estimate) -> str:
+    """Return "better" or "worse" for a difference whose interval excludes zero, else nothing."""
+    if not difference.excludes_zero or not difference.count:
+        return ""
+    return "better" if (difference.value > 0.0) == (metric in HIGHER_IS_BETTER) else "worse"
 
 
 def verdict(metric: str, difference: Estimate) -> str:
-    """Format a difference; an interval that excludes zero is followed by "better" or "worse"."""
-    if not difference.excludes_zero or not difference.count:
-        return number(difference)
-    better = (difference.value > 0.0) == (metric in HIGHER_IS_BETTER)
-    return f"{number(difference)} {'better' if better else 'worse'}"
+    """Format a difference with its judgement."""
+    return f"{number(difference)} {judgement(metric, difference)}".rstrip()
 
 
 def metric_tables(rows: Sequence[Row], reference: str) -> tuple[Cells, Cells]:

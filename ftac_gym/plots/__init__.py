@@ -10,7 +10,7 @@ from ftac_gym.plots.bands import error_bands, error_percentiles
 from ftac_gym.plots.bounds import prescribed_bound
 from ftac_gym.plots.envelope import wheel_envelope
 from ftac_gym.plots.estimates import fault_estimates, torque_estimates
-from ftac_gym.plots.overview import describe_faults, episode, faults_in_words
+from ftac_gym.plots.overview import episode, fault_description
 from ftac_gym.plots.polytope import TorquePolytope, polytopes_along, torque_polytope
 from ftac_gym.plots.recording import EstimateHistory, estimates_along, true_effect
 from ftac_gym.plots.sphere import boresight_paths
@@ -23,13 +23,12 @@ __all__ = [
     "Stroke",
     "TorquePolytope",
     "boresight_paths",
-    "describe_faults",
     "episode",
     "error_bands",
     "error_percentiles",
     "estimates_along",
+    "fault_description",
     "fault_estimates",
-    "faults_in_words",
     "polytopes_along",
     "prescribed_bound",
     "stroke",

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from ftac_gym.evaluation.metrics import Rollout
-from ftac_gym.plots.overview import describe_faults
+from ftac_gym.plots.overview import fault_description
 from ftac_gym.plots.recording import EstimateHistory, true_effect, unexplained_torque
 from ftac_gym.plots.style import INK, MUTED, check_same_flight, dress, head, key, mark_onsets, sheet, stroke
 from ftac_gym.utils.parameters import FloatArray, require
@@ -62,7 +62,7 @@ def fault_estimates(estimates: Mapping[str, EstimateHistory]) -> Figure:
         if part == "effectiveness":
             panels[0, column].set_ylim(-0.08, 1.16)
     mark_onsets(panels.ravel(), first.episodes, float(first.time[-1]))
-    head(figure, describe_faults(first))
+    head(figure, fault_description(first.episodes))
     handles = _handles(estimates, seen is not None and "bias" in parts)
     key(figure, handles, columns=4 if len(handles) <= 4 and len(parts) > 1 else 3 if len(parts) > 1 else 2)
     return figure
@@ -108,7 +108,7 @@ def torque_estimates(estimates: Mapping[str, EstimateHistory]) -> Figure:
             if row == len(rows) - 1:
                 dress(panel, xlabel="time [s]")
     mark_onsets(panels.ravel(), first.episodes, float(first.time[-1]))
-    head(figure, describe_faults(first))
+    head(figure, fault_description(first.episodes))
     handles = [_line(name, number) for number, name in enumerate(estimates)]
     key(figure, [*handles, _truth()], columns=5)
     return figure

@@ -45,7 +45,7 @@ def episode(histories: Mapping[str, Rollout]) -> Figure:
     grid = figure.add_gridspec(upper + 4, columns, height_ratios=heights)
     wide = [figure.add_subplot(grid[row, :]) for row in range(upper)]
     lines = _errors(wide, histories, flexible)
-    dress(wide[0], title=folded(describe_faults(first), int(figure.get_figwidth() * 11.0)))
+    dress(wide[0], title=folded(fault_description(first.episodes), int(figure.get_figwidth() * 11.0)))
     panels: list[Axes] = list(wide)
     # Policies are compared along a row: its panels share their scale.
     leaders: list[Axes | None] = [None] * 4
@@ -131,12 +131,6 @@ def _limits(leaders: list[Axes | None], panels: list[Axes], histories: Mapping[s
     effectiveness.set_ylim(-0.06, 1.1)
 
 
-def describe_faults(history: Rollout) -> str:
-    """Return the faults of a rollout's first episode in words."""
-    return faults_in_words(history.episodes, 0)
-
-
-def faults_in_words(episodes: Episodes, index: int) -> str:
-    """Return what is wrong in an episode, and from when on, in words."""
-    words = drawn_faults(episodes.drawn_faults, index)
-    return "; ".join(words) if words else "healthy"
+def fault_description(episodes: Episodes, index: int = 0) -> str:
+    """Return the faults of an episode with their onsets, or "healthy"."""
+    return "; ".join(drawn_faults(episodes.drawn_faults, index)) or "healthy"

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from ftac_gym.attitude import cross, quaternion_error, rotate_to_reference
 from ftac_gym.evaluation.metrics import Rollout
-from ftac_gym.plots.overview import describe_faults
+from ftac_gym.plots.overview import fault_description
 from ftac_gym.plots.style import FAINT, INK, MUTED, check_same_flight, dress, head, key, sheet, stroke
 from ftac_gym.utils.directions import across, circle, graticule
 from ftac_gym.utils.parameters import FloatArray, require, vector
@@ -61,7 +61,7 @@ def boresight_paths(histories: Mapping[str, Rollout], boresight: Sequence[float]
     globe.plot(*target[-1], marker="x", color=INK, markersize=9.0, markeredgewidth=2.0, linestyle="none")
     globe.set_title("unit sphere of inertial directions [-]", fontsize=10.0, color=INK)
     _enlarged(figure.add_subplot(1, 2, 2), histories, axis)
-    head(figure, describe_faults(first))
+    head(figure, fault_description(first.episodes))
     lines = [
         Line2D(
             [], [], label=name, linewidth=1.8, marker=stroke(number).marker, markersize=5.5, **stroke(number).of_line

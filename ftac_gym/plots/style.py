@@ -59,7 +59,7 @@ def sheet(width: float, height: float) -> Figure:
 
 def dress(panel: Axes, title: str = "", xlabel: str = "", ylabel: str = "") -> None:
     """Give axes the common look and their words; an empty word leaves what there is."""
-    panel.set_facecolor("white")
+    panel.set_facecolor("none")
     panel.grid(color=GRID, linewidth=0.8)
     panel.set_axisbelow(True)
     panel.spines[["top", "right"]].set_visible(False)

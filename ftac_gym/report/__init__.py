@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from ftac_gym.evaluation.benchmark import Benchmark
 from ftac_gym.report.csv_files import write_csv
 from ftac_gym.report.page import render
 from ftac_gym.report.pictures import draw
 from ftac_gym.report.results import gather
-
-if TYPE_CHECKING:
-    from ftac_gym.evaluation.benchmark import Benchmark
 
 __all__ = ["write_report"]
 
@@ -45,7 +42,7 @@ def write_report(benchmark: Benchmark, folder: str | Path) -> Path:
     for stale in (folder / FIGURES).glob("*.svg"):
         stale.unlink()
     for name, picture in pictures.items():
-        (folder / FIGURES / f"{name}.svg").write_text(picture.document, encoding="utf-8")
+        (folder / FIGURES / f"{name}.svg").write_text(picture, encoding="utf-8")
     write_csv(results, folder)
     path = folder / PAGE
     path.write_text(render(results, pictures), encoding="utf-8")

@@ -1,19 +1,14 @@
-"""Tables of a page, before they are written in HTML."""
+"""Cells of the report's tables."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
 
 from ftac_gym.evaluation import tables
-from ftac_gym.evaluation.metrics import UNITS
+from ftac_gym.evaluation.compare import Row
 from ftac_gym.evaluation.statistics import Estimate
 
-if TYPE_CHECKING:
-    from ftac_gym.evaluation.benchmark import Entry
-
-UNKNOWN, MINUS, TIMES = "\N{EN DASH}", "\N{MINUS SIGN}", "\N{MULTIPLICATION SIGN}"
+MINUS = "\N{MINUS SIGN}"
 
 
 @dataclass(frozen=True)
@@ -23,84 +18,47 @@ class Cell:
     Attributes
     ----------
     text, note
-        What it says, and what it says in small print.
+        Text, and a line in small print.
     key
-        What the table is sorted by, "nan" if the value is unknown; by the text if None.
+        Value by which the table is sorted, NaN if it is unknown; the text if None.
     mark
         "better", "worse" or nothing.
-    code
-        Whether the text is something to type.
     """
 
     text: str
     note: str = ""
     key: float | None = None
     mark: str = ""
-    code: bool = False
 
 
-@dataclass(frozen=True)
-class Line:
-    """A row of a table.
-
-    Attributes
-    ----------
-    cells
-        The first is the heading of the row.
-    entry
-        Whose row it is, so that it can be hidden with others like it; None for a row of no single entry.
-    marked
-        Whether it is to be set off, as the reference is.
-    """
-
-    cells: Sequence[Cell]
-    entry: Entry | None = None
-    marked: bool = False
+UNKNOWN = Cell("\N{EN DASH}", key=float("nan"))
 
 
-@dataclass(frozen=True)
-class Table:
-    """A table; headings have their units as notes."""
-
-    headings: Sequence[Cell]
-    rows: Sequence[Line]
-    caption: str = ""
-
-
-def heading(metric: str) -> Cell:
-    """Return the heading of a metric's column."""
-    return Cell(metric.replace("_", " "), UNITS.get(metric, ""))
-
-
-def number(value: float, digits: int = 3) -> Cell:
-    """Return a number, "–" if it is NaN."""
-    if value != value:
-        return Cell(UNKNOWN, key=value)
-    text = f"{value:.0f}" if abs(value) >= 1000.0 else f"{value:.{digits}g}"
-    return Cell(text.replace("-", MINUS), key=value)
+def number(value: float) -> Cell:
+    """Return a number; :data:`UNKNOWN` for NaN."""
+    return UNKNOWN if value != value else Cell(tables.short(value).replace("-", MINUS), key=value)
 
 
 def estimated(item: Estimate) -> Cell:
     """Return an estimate with its interval as a note."""
-    text, _, interval = tables.number(item).replace("-", MINUS).partition(" ")
-    return Cell(text if item.count else UNKNOWN, interval, item.value)
+    interval = f"[{tables.short(item.low)}, {tables.short(item.high)}]".replace("-", MINUS)
+    return replace(number(item.value), note=interval if item.count else "")
 
 
-def difference(metric: str, item: Estimate) -> Cell:
-    """Return a difference, marked if its interval excludes zero."""
-    words = tables.verdict(metric, item)
-    mark = next((word for word in ("better", "worse") if words.endswith(word)), "")
-    cell = estimated(item)
-    text = f"{'+' if item.value > 0.0 else ''}{cell.text} {mark}".strip()
-    return Cell(text, cell.note, item.value, mark)
+def difference(metric: str, item: Estimate, scale: float = 1.0) -> Cell:
+    """Return a difference times a scale, marked if its interval excludes zero."""
+    mark = tables.judgement(metric, item)
+    cell = estimated(Estimate(scale * item.value, scale * item.low, scale * item.high, item.count))
+    return replace(cell, text=f"{'+' if item.value > 0.0 else ''}{cell.text} {mark}".rstrip(), mark=mark)
 
 
-def seeds(count: int) -> str:
-    """Return a number of training seeds in words."""
-    return f"{count} {'seed' if count == 1 else 'seeds'}"
+def compared(metric: str, row: Row) -> Cell:
+    """Return an estimate, marked if the interval of its difference to the reference excludes zero."""
+    mark = tables.judgement(metric, row.differences[metric]) if row.differences else ""
+    return replace(estimated(row.estimates[metric]), mark=mark)
 
 
-def entry_cell(entry: Entry, reference: str) -> Cell:
-    """Return the heading of an entry's row."""
-    kind = f"agent, {seeds(len(entry.policies))}" if entry.kind == "agent" else f"{entry.gains or 'own'} gains"
-    return Cell(entry.name, f"{kind}, reference" if entry.name == reference else kind)
+def chance(item: Estimate) -> Cell:
+    """Return a probability, marked if its interval excludes one half."""
+    mark = "better" if item.low > 0.5 else "worse" if item.high < 0.5 else ""
+    return replace(estimated(item), text=f"{item.value:.2f}", mark=mark) if item.count else UNKNOWN

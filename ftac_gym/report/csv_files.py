@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,70 +22,57 @@ def write_csv(results: Results, folder: Path) -> None:
 
     Numbers are written in full, those of single episodes to six digits.
     """
-    entry = ("split", "entry", "role", "tier")
-    _write(folder / "summary.csv", (*entry, "metric", *_INTERVAL, "seeds"), _summary(results))
-    _write(folder / "differences.csv", (*entry, "reference", "metric", *_INTERVAL, "seeds"), _differences(results))
-    _write(folder / "improvement.csv", ("split", "metric", "first", "second", *_INTERVAL), _improvement(results))
-    columns = ("split", "faults", "episodes", "entry", "mean_success", "median_settling_time")
-    _write(folder / "by_fault.csv", columns, _by_fault(results))
-    metrics = _known_metrics(results)
-    heading = ("split", "entry", "seed", "episode", "faults", "feasible", *metrics)
-    _write(folder / "episodes.csv", heading, _episodes(results, metrics))
-
-
-def _write(path: Path, heading: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(heading)
-        writer.writerows(rows)
+    tables = {
+        "summary": _estimates(results, "estimates"),
+        "differences": _estimates(results, "differences", reference=results.benchmark.reference),
+        "improvement": _improvement(results),
+        "by_fault": _by_fault(results),
+        "episodes": _episodes(results),
+    }
+    for name, rows in tables.items():
+        with (folder / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
+            csv.writer(file).writerows(rows)
 
 
 def _interval(item: Estimate) -> tuple[float, float, float, int]:
     return item.value, item.low, item.high, item.count
 
 
-def _summary(results: Results) -> Iterator[Sequence[Any]]:
+def _estimates(results: Results, kind: str, **labels: str) -> Iterator[Sequence[Any]]:
+    """Yield a heading, and the estimates or the differences of all entries; further columns before the metric."""
+    yield "split", "entry", "role", "tier", *labels, "metric", *_INTERVAL, "seeds"
     for split, rows in results.rows.items():
         for entry in results.benchmark.entries:
-            for metric, item in rows[entry.name].estimates.items():
-                seeds = len(entry.policies)
-                yield split, entry.name, entry.role, entry.tier, metric, *_interval(item), seeds
-
-
-def _differences(results: Results) -> Iterator[Sequence[Any]]:
-    reference = results.benchmark.reference
-    for split, rows in results.rows.items():
-        for entry in results.benchmark.entries:
-            for metric, item in rows[entry.name].differences.items():
-                seeds = len(entry.policies)
-                yield split, entry.name, entry.role, entry.tier, reference, metric, *_interval(item), seeds
+            for metric, item in getattr(rows[entry.name], kind).items():
+                described = (split, entry.name, entry.role, entry.tier, *labels.values(), metric)
+                yield *described, *_interval(item), len(entry.policies)
 
 
 def _improvement(results: Results) -> Iterator[Sequence[Any]]:
+    yield "split", "metric", "first", "second", *_INTERVAL
     for metric, chances in results.improvement.items():
         for (first, second), item in chances.items():
             yield results.main, metric, first, second, *_interval(item)
 
 
 def _by_fault(results: Results) -> Iterator[Sequence[Any]]:
+    yield "split", "faults", "episodes", "entry", "mean_success", "median_settling_time"
     for item in results.faults:
-        for name, tally in item.tallies.items():
-            yield item.split, item.kind, item.episodes, name, tally.success, tally.settling_time
+        for name, success in item.success.items():
+            yield item.split, item.kind, item.episodes, name, success, item.settling_time[name]
 
 
-def _known_metrics(results: Results) -> list[str]:
-    """Return the metrics that some episode has."""
+def _episodes(results: Results) -> Iterator[Sequence[Any]]:
+    """Yield a heading and one row per episode, with the metrics that some episode has."""
     flown = [item for runs in results.benchmark.evaluations.values() for seeds in runs.values() for item in seeds]
-    return [
+    metrics = [
         name for name in UNITS if any(name in item.metrics and not np.isnan(item.metrics[name]).all() for item in flown)
     ]
-
-
-def _episodes(results: Results, metrics: Sequence[str]) -> Iterator[Sequence[Any]]:
+    yield "split", "entry", "seed", "episode", "faults", "feasible", *metrics
     for split, episodes in results.benchmark.episodes.items():
         described = list(zip(fault_classes(episodes).tolist(), episodes.feasible.tolist(), strict=True))
         for name, seeds in results.benchmark.evaluations[split].items():
             for seed, item in enumerate(seeds):
                 columns = zip(*(item.metrics[metric].tolist() for metric in metrics), strict=True)
-                for index, (what, row) in enumerate(zip(described, columns, strict=True)):
-                    yield split, name, seed, index, *what, *[f"{value:.6g}" for value in row]
+                for index, (labels, row) in enumerate(zip(described, columns, strict=True)):
+                    yield split, name, seed, index, *labels, *[f"{value:.6g}" for value in row]

@@ -3,161 +3,121 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from itertools import cycle
 
 import numpy as np
+from matplotlib.figure import Figure
 
+from ftac_gym.evaluation.entries import Entry
 from ftac_gym.evaluation.metrics import UNITS
 from ftac_gym.evaluation.tables import INFEASIBLE
 from ftac_gym.plots.style import COLORS, INK, MUTED
-from ftac_gym.report import figures
-from ftac_gym.report.figures import Curve, Look
+from ftac_gym.report import charts
+from ftac_gym.report.charts import Curve
 from ftac_gym.report.results import COMPARED, Results
-from ftac_gym.report.vector import drawing, svg
-from ftac_gym.task.scenario import Scenario
+from ftac_gym.report.svg import drawing, svg
 from ftac_gym.utils.parameters import FloatArray
 
-if TYPE_CHECKING:
-    from ftac_gym.evaluation.benchmark import Entry
-
 TRAINING = {"success": "success on the evaluation's episodes", "mean_return": "mean return"}
-"""Columns of training curves that are drawn, and what they are."""
+"""Columns of training curves that are drawn, and their titles."""
+
+_KINDS = {"agent": ("-", 2.2, COLORS[0]), "baseline": ("--", 1.4, MUTED), "bound": (":", 1.8, COLORS[2])}
+"""Line style, line width, and the colour where names stand beside."""
 
 
-_KINDS = {"agent": COLORS[0], "baseline": MUTED, "bound": COLORS[2]}
-"""Colours where names stand beside."""
-
-
-@dataclass(frozen=True)
-class Picture:
-    """An SVG document and what it shows."""
-
-    document: str
-    caption: str
-
-
-def draw(results: Results) -> dict[str, Picture]:
-    """Draw all figures that there is something to show in, by the names of their files."""
-    reference = results.benchmark.reference
+def draw(results: Results) -> dict[str, str]:
+    """Return all figures that have something to show as SVG documents, by the names of their files."""
+    agents = [entry for entry in results.entries() if any(entry.curves)]
     with drawing():
-        found = {}
+        found = {"success_by_fault": _by_fault(results)}
         if results.profiles:
-            found["main"] = _main(results)
-            found["success_by_split"] = _by_split(results, "success")
-            found["settling_time_by_split"] = _by_split(results, "settling_time")
-        found["success_by_fault"] = _by_fault(results)
-        for metric in COMPARED:
-            chances = results.improvement[metric]
-            if results.profiles and chances:
-                names = sorted({first for first, _ in chances}, key=results.order.index)
-                values = np.array([[chances[a, b].value if a != b else np.nan for b in names] for a in names])
-                figure = figures.heat_map(values, names, names, figures.CHANCES, (0.0, 1.0), reference, digits=2)
-                caption = (
-                    f"Probability that the entry of the row has a better {metric.replace('_', ' ')} than that of the "
-                    f"column in an episode of {results.main}; a tie counts half. Blue is better, orange worse."
-                )
-                found[f"improvement_{metric}"] = Picture(svg(figure), caption)
-        if results.profiles:
-            found["profiles"] = _profiles(results)
-        if agents := [entry for entry in results.entries() if any(entry.curves)]:
-            found["training"] = _training(agents, reference)
-    return found
+            found |= {"main": _main(results), "profiles": _profiles(results)}
+            found |= {f"{metric}_by_split": _by_split(results, metric) for metric in COMPARED}
+            if len(results.compared) > 1:
+                found |= {f"improvement_{metric}": _improvement(results, metric) for metric in COMPARED}
+        if agents:
+            found["training"] = _training(agents, results.benchmark.reference)
+        return {name: svg(figure) for name, figure in found.items()}
 
 
-def _styles(results: Results) -> dict[str, Look]:
-    """Return how those entries are drawn that are told apart."""
-    told = [entry for entry in results.entries() if entry.name in results.shown]
-    bounds = [entry.name for entry in told if entry.role == "bound"]
-    agents, baselines = (
-        [entry.name for entry in told if entry.kind == kind and entry.name not in bounds]
-        for kind in ("agent", "baseline")
-    )
-    return figures.looks(agents, baselines, bounds, results.benchmark.reference)
-
-
-def _main(results: Results) -> Picture:
-    rows = results.rows[results.main]
+def _main(results: Results) -> Figure:
+    rows, reference = results.rows[results.main], results.benchmark.reference
     columns = {
-        f"{title} [{UNITS[metric]}]": {name: rows[name].estimates[metric] for name in results.shown}
-        for metric, title in (("success", "success"), ("settling_time", "settling time"))
+        f"{metric.replace('_', ' ')} [{UNITS[metric]}]": {name: rows[name].estimates[metric] for name in results.shown}
+        for metric in ("success", "settling_time")
     }
-    colors = {entry.name: _KINDS["bound" if entry.role == "bound" else entry.kind] for entry in results.entries()}
-    reference = results.benchmark.reference
-    figure = figures.intervals(columns, {**colors, reference: INK}, reference)
-    several = "the best entries" if len(results.shown) < len(results.order) else "all entries"
-    caption = (
-        f"Success (mean) and settling time (interquartile mean) of {several} on {results.main}, with 95 % intervals. "
-        f"Agents are blue, baselines grey, bounds green; the line is {reference}."
-    )
-    return Picture(svg(figure), caption)
+    colors = {entry.name: _KINDS[_kind(entry)][2] for entry in results.entries()}
+    return charts.intervals(columns, {**colors, reference: INK}, reference)
 
 
-def _by_split(results: Results, metric: str) -> Picture:
-    splits = list(results.rows)
+def _by_split(results: Results, metric: str) -> Figure:
+    splits, share = list(results.rows), metric == "success"
     values = np.array(
-        [[results.rows[split][name].estimates[metric].value for split in splits] for name in results.order]
+        [[rows[name].estimates[metric].value for rows in results.rows.values()] for name in results.order]
     )
-    share = metric == "success"
-    figure = figures.heat_map(
+    return charts.heat_map(
         values,
         results.order,
         [_without_prefix(split, splits) for split in splits],
-        figures.SHARES if share else figures.TIMES,
+        charts.SHARES if share else charts.TIMES,
         (0.0, 1.0) if share else _span(values),
         results.benchmark.reference,
         digits=2 if share else 1,
     )
-    what = "Success, from none (pale) to all" if share else "Settling time [s], interquartile mean, from slowest (pale)"
-    return Picture(svg(figure), f"{what} to quickest (dark)." if not share else f"{what} feasible episodes (dark).")
 
 
-def _by_fault(results: Results) -> Picture:
+def _by_fault(results: Results) -> Figure:
     classes = [item for item in results.faults if item.kind != INFEASIBLE] or list(results.faults)
-    values = np.array([[item.tallies[name].success for item in classes] for name in results.order])
-    splits = list(results.rows)
-    figure = figures.heat_map(
-        values,
+    return charts.heat_map(
+        np.array([[item.success[name] for item in classes] for name in results.order]),
         results.order,
         [f"{item.kind} ({item.episodes})" for item in classes],
-        figures.SHARES,
+        charts.SHARES,
         (0.0, 1.0),
         results.benchmark.reference,
-        groups=[_without_prefix(item.split, splits) for item in classes],
+        groups=[_without_prefix(item.split, list(results.rows)) for item in classes],
     )
-    caption = (
-        "Success by what is wrong, split by split, from none (pale) to all episodes (dark). The number of episodes is "
-        "in brackets: where it is small, colours are mostly chance."
-    )
-    return Picture(svg(figure), caption)
 
 
-def _profiles(results: Results) -> Picture:
-    scenario = Scenario.from_json(results.benchmark.episodes[results.main].scenario_json)
-    hold, latest = scenario.success.hold, scenario.duration - scenario.success.hold
-    figure = figures.profiles(results.profiles, _styles(results), results.shown, latest)
-    rest = len(results.order) - len(results.shown)
-    grey = f" The other {rest} entries are grey." if rest else ""
-    caption = (
-        "Share of feasible episodes in which the craft is on target to stay after so many seconds, with 95 % bands. "
-        f"Agents are solid, baselines dashed, bounds dotted, {results.benchmark.reference} in the "
-        f"colour of text.{grey} Success takes {hold:g} s on target: who settles after the dotted line is too late."
-    )
-    return Picture(svg(figure), caption)
+def _improvement(results: Results, metric: str) -> Figure:
+    chances, names = results.improvement[metric], results.compared
+    values = np.array([[chances[a, b].value if a != b else np.nan for b in names] for a in names])
+    return charts.heat_map(values, names, names, charts.CHANCES, (0.0, 1.0), results.benchmark.reference, digits=2)
 
 
-def _training(agents: Sequence[Entry], reference: str) -> Picture:
-    panels = {
-        title: {agent.name: curve for agent in agents if (curve := training_curve(agent, column)) is not None}
-        for column, title in TRAINING.items()
-    }
-    styles = figures.looks([agent.name for agent in agents], [], [], reference)
-    figure = figures.training({title: curves for title, curves in panels.items() if curves}, styles)
-    caption = (
-        "Evaluations during training, on episodes that neither training nor this report uses: mean over seeds, and "
-        "range from the worst to the best of them."
-    )
-    return Picture(svg(figure), caption)
+def _profiles(results: Results) -> Figure:
+    styles = looks([entry for entry in results.entries() if entry.name in results.shown], results.benchmark.reference)
+    latest = results.scenario.duration - results.scenario.success.hold
+    return charts.profiles(results.profiles, styles, results.shown, latest)
+
+
+def _training(agents: Sequence[Entry], reference: str) -> Figure:
+    panels: dict[str, dict[str, Curve]] = {}
+    for column, title in TRAINING.items():
+        for agent in agents:
+            curve = training_curve(agent, column)
+            if curve is not None:
+                panels.setdefault(title, {})[agent.name] = replace(curve, x=curve.x / 1e6)
+    return charts.training(panels, looks(agents, reference))
+
+
+def _kind(entry: Entry) -> str:
+    return "bound" if entry.role == "bound" else entry.kind
+
+
+def looks(entries: Sequence[Entry], reference: str) -> charts.Looks:
+    """Return the looks of entries: agents solid, baselines dashed, bounds dotted, the reference in the text's colour.
+
+    The first six, agents before baselines, have different colours.
+    """
+    colors = cycle(COLORS[:-1])  # The last is that of text.
+    found = {reference: {"color": INK, "linestyle": "-", "linewidth": 2.0}}
+    for entry in sorted(entries, key=lambda entry: list(_KINDS).index(_kind(entry))):
+        if entry.name != reference:
+            line, width, _ = _KINDS[_kind(entry)]
+            found[entry.name] = {"color": next(colors), "linestyle": line, "linewidth": width}
+    return found
 
 
 def training_curve(agent: Entry, column: str) -> Curve | None:
@@ -187,5 +147,5 @@ def _span(values: FloatArray) -> tuple[float, float]:
 
 
 def _without_prefix(split: str, splits: Sequence[str]) -> str:
-    """Return the name of a split without what it has in common with the first one."""
+    """Return the name of a split without the common prefix of the first one."""
     return split.removeprefix(f"{splits[0]}_")

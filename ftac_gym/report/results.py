@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
-from typing import TYPE_CHECKING
+from itertools import combinations, product
 
 import numpy as np
 
+from ftac_gym.evaluation.benchmark import Benchmark
 from ftac_gym.evaluation.compare import Row
+from ftac_gym.evaluation.entries import Entry
 from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, SHARES
 from ftac_gym.evaluation.statistics import (
     Estimate,
@@ -21,13 +23,10 @@ from ftac_gym.evaluation.statistics import (
     probability_of_improvement,
     relative_difference,
 )
-from ftac_gym.evaluation.tables import episode_classes, ordered
-from ftac_gym.report.figures import Curve
+from ftac_gym.evaluation.tables import episode_classes, judgement, ordered
+from ftac_gym.report.charts import Curve
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, require
-
-if TYPE_CHECKING:
-    from ftac_gym.evaluation.benchmark import Benchmark, Entry
 
 METRICS = ("success", "settling_time", "integrated_error", "recovery_time", "energy", "chatter")
 """Metrics of the tables: of shares the mean, of the others the interquartile mean."""
@@ -36,62 +35,66 @@ RELATIVE = "settling_time_relative"
 """A difference besides those of the metrics: the interquartile mean of settling times over the reference's, less 1."""
 
 COMPARED = ("settling_time", "success")
-"""Metrics of which the probability of improvement is found."""
+"""Metrics with a probability of improvement."""
 
 BEST, BEST_AGENTS = 10, 6
-"""How many of the best contestants, and of the best agents besides, are told apart in crowded figures."""
+"""Numbers of the best entries, and of the best agents besides, with a look of their own in crowded figures."""
 
 _MOMENTS = 121
 """Times at which profiles are drawn."""
 
 
-@dataclass(frozen=True)
-class Tally:
-    """What an entry did in the episodes of one kind of fault: mean success and median settling time [s]."""
-
-    success: float
-    settling_time: float
-
-
 @dataclass(frozen=True, eq=False)
 class FaultClass:
-    """The episodes of a split with one kind of fault."""
+    """The episodes of a split with one kind of fault.
+
+    Attributes
+    ----------
+    split, kind, episodes
+        The split, the kind, and the number of episodes.
+    success, settling_time
+        Mean success and median settling time [s], by entry.
+    """
 
     split: str
     kind: str
     episodes: int
-    tallies: Mapping[str, Tally]
+    success: Mapping[str, float]
+    settling_time: Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
 class Results:
-    """All numbers of the report but those of single episodes; over feasible episodes unless they say otherwise.
+    """All numbers of the report except those of single episodes; over feasible episodes unless stated otherwise.
 
     Attributes
     ----------
     benchmark
-        What was flown.
+        The benchmark.
     main
         The split of the tables and figures that show one: the first that has feasible episodes.
     order
         Names of the entries, the best in the main split first.
     shown
-        Those that are told apart in crowded figures.
+        Entries with a look of their own in crowded figures.
+    compared
+        Those of them that are no bounds: their probabilities of improvement are estimated.
     rows
         By split, then by entry: estimates, and paired differences to the reference.
     faults
-        What entries did by kind of fault.
+        Results by kind of fault.
     improvement
-        By metric, then by pair of shown contestants: the probability that the first does better than the second in an
+        By metric, then by pair of compared entries: the probability that the first is better than the second in an
         episode of the main split.
     profiles
-        By split, then by entry: the share of episodes that are settled, against time [s].
+        By split, then by entry: the share of settled episodes against time [s].
     """
 
     benchmark: Benchmark
     main: str
     order: tuple[str, ...]
     shown: tuple[str, ...]
+    compared: tuple[str, ...]
     rows: Mapping[str, Mapping[str, Row]]
     faults: tuple[FaultClass, ...]
     improvement: Mapping[str, Mapping[tuple[str, str], Estimate]]
@@ -102,6 +105,16 @@ class Results:
         by_name = {entry.name: entry for entry in self.benchmark.entries}
         found = [by_name[name] for name in self.order]
         return [entry for entry in found if not groups or group(entry) in groups]
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario of the main split."""
+        return Scenario.from_json(self.benchmark.episodes[self.main].scenario_json)
+
+    def judgements(self, names: Iterable[str], splits: Iterable[str], metric: str) -> Counter[str]:
+        """Count the differences to the reference that are "better", "worse", or neither ("")."""
+        pairs = product(names, splits)
+        return Counter(judgement(metric, self.rows[split][name].differences[metric]) for name, split in pairs)
 
 
 def group(entry: Entry) -> str:
@@ -115,7 +128,7 @@ def values(benchmark: Benchmark, split: str, entry: str, metric: str) -> FloatAr
 
 
 def gather(benchmark: Benchmark) -> Results:
-    """Find all numbers.
+    """Return all numbers.
 
     Raises
     ------
@@ -126,25 +139,23 @@ def gather(benchmark: Benchmark) -> Results:
     require(len(set(names)) == len(names), "entries", "must have names that differ", names)
     require(benchmark.reference in names, "reference", f"must be one of {names}", benchmark.reference)
     splits = list(benchmark.episodes)
-    main = next((split for split in splits if benchmark.episodes[split].feasible.any()), splits[0])
+    feasible = [split for split in splits if benchmark.episodes[split].feasible.any()]
+    main = (feasible or splits)[0]
     rows = {split: {name: _row(benchmark, split, name) for name in names} for split in splits}
     order = sorted(names, key=lambda name: _rank(rows[main][name]))
     shown = _shown(benchmark, order)
-    contestants = [entry.name for entry in benchmark.entries if entry.role != "bound" and entry.name in shown]
-    contestants.sort(key=order.index)
+    bounds = {entry.name for entry in benchmark.entries if entry.role == "bound"}
+    compared = tuple(name for name in shown if name not in bounds)
     return Results(
         benchmark,
         main,
         tuple(order),
         shown,
+        compared,
         rows,
-        tuple(tally for split in splits for tally in _by_fault(benchmark, split, names)),
-        {metric: _improvement(benchmark, main, metric, contestants) for metric in COMPARED},
-        {
-            split: _profiles(benchmark, split, names, shown)
-            for split in splits
-            if benchmark.episodes[split].feasible.any()
-        },
+        tuple(item for split in splits for item in _by_fault(benchmark, split, names)),
+        {metric: _improvement(benchmark, main, metric, compared) for metric in COMPARED},
+        {split: _profiles(benchmark, split, names, shown) for split in feasible},
     )
 
 
@@ -152,13 +163,13 @@ def _row(benchmark: Benchmark, split: str, name: str) -> Row:
     chosen = benchmark.episodes[split].feasible
     estimates, differences = {}, {}
     for metric in METRICS:
-        own = values(benchmark, split, name, metric)[:, chosen]
-        estimates[metric] = estimate(own, mean if metric in SHARES else interquartile_mean)
+        given = values(benchmark, split, name, metric)[:, chosen]
+        estimates[metric] = estimate(given, mean if metric in SHARES else interquartile_mean)
         if name != benchmark.reference:
             base = values(benchmark, split, benchmark.reference, metric)[:, chosen]
-            differences[metric] = paired_difference(own, base)
+            differences[metric] = paired_difference(given, base)
             if metric == "settling_time":
-                differences[RELATIVE] = relative_difference(own, base)
+                differences[RELATIVE] = relative_difference(given, base)
     return Row(name, estimates, differences)
 
 
@@ -168,12 +179,12 @@ def _rank(row: Row) -> tuple[float, float]:
 
 
 def _shown(benchmark: Benchmark, order: Sequence[str]) -> tuple[str, ...]:
-    """Return the best contestants, the best agents, the best bound and the reference, the best first."""
+    """Return the best policies, the best agents, the best bound and the reference, the best first."""
     by_name = {entry.name: entry for entry in benchmark.entries}
-    contestants = [name for name in order if by_name[name].role != "bound"]
-    agents = [name for name in contestants if by_name[name].kind == "agent"]
     bounds = [name for name in order if by_name[name].role == "bound"]
-    chosen = {*contestants[:BEST], *agents[:BEST_AGENTS], *bounds[:1], benchmark.reference}
+    policies = [name for name in order if name not in bounds]
+    agents = [name for name in policies if by_name[name].kind == "agent"]
+    chosen = {*policies[:BEST], *agents[:BEST_AGENTS], *bounds[:1], benchmark.reference}
     return tuple(name for name in order if name in chosen)
 
 
@@ -181,13 +192,17 @@ def _by_fault(benchmark: Benchmark, split: str, names: Sequence[str]) -> Iterato
     kinds = episode_classes(benchmark.episodes[split])
     for kind in ordered(kinds):
         chosen = kinds == kind
-        tallies = {}
-        for name in names:
-            success, settling = (
-                values(benchmark, split, name, metric)[:, chosen] for metric in ("success", "settling_time")
-            )
-            tallies[name] = Tally(float(success.mean()), float(np.median(settling)))
-        yield FaultClass(split, kind, int(chosen.sum()), tallies)
+        success, settling = (
+            {name: values(benchmark, split, name, metric)[:, chosen] for name in names}
+            for metric in ("success", "settling_time")
+        )
+        yield FaultClass(
+            split,
+            kind,
+            int(chosen.sum()),
+            {name: float(item.mean()) for name, item in success.items()},
+            {name: float(np.median(item)) for name, item in settling.items()},
+        )
 
 
 def _improvement(
@@ -199,15 +214,15 @@ def _improvement(
     for first, second in combinations(names, 2):
         item = probability_of_improvement(data[first], data[second], metric not in HIGHER_IS_BETTER)
         found[first, second] = item
-        # A tie counts half: what the one does not win, the other does.
+        # A tie counts half: both probabilities add up to one.
         found[second, first] = Estimate(1.0 - item.value, 1.0 - item.high, 1.0 - item.low, item.count)
     return found
 
 
 def _profiles(benchmark: Benchmark, split: str, names: Sequence[str], shown: Sequence[str]) -> dict[str, Curve]:
-    """Return the profiles of all entries; those of entries that are not told apart have no band."""
+    """Return the profiles of all entries; only shown entries have a band."""
     episodes = benchmark.episodes[split]
-    # Who never settles has the duration as settling time: the last moment is before it.
+    # Without settling, the settling time is the duration: the last moment is before it.
     moments = np.linspace(0.0, Scenario.from_json(episodes.scenario_json).duration, _MOMENTS)[:-1]
     curves = {}
     for name in names:

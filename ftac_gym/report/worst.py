@@ -1,23 +1,18 @@
-"""Episodes in which an agent, or the reference, does worst, and how to fly them again."""
+"""Episodes with the worst results of an agent, or of the reference, and commands that fly them again."""
 
 from __future__ import annotations
 
-import json
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ftac_gym import baselines
-from ftac_gym.plots import faults_in_words
+from ftac_gym.evaluation.entries import Entry
+from ftac_gym.plots import fault_description
+from ftac_gym.report.provenance import policy_name
 from ftac_gym.report.results import Results, values
 from ftac_gym.task.episodes import Episodes
-
-if TYPE_CHECKING:
-    from ftac_gym.evaluation.benchmark import Benchmark, Entry
 
 COUNT = 5
 """Episodes of each split."""
@@ -25,82 +20,83 @@ COUNT = 5
 SHOWN = ("success", "settling_time", "final_error", "integrated_error")
 """Metrics that are listed."""
 
+_LOSSES = ("integrated_error", "settling_time")
+"""Metrics that order the episodes, the last one first."""
+
 
 @dataclass(frozen=True, eq=False)
 class Worst:
-    """An episode in which an entry does badly.
+    """An episode in which an entry has a bad result.
 
     Attributes
     ----------
-    split, index
-        Which episode.
+    index
+        Number of the episode in its split.
     entry
         Name of the entry.
     seed
-        Which of its training seeds does worst there, from 0 on.
+        Its training seed with the worst result, counted from zero.
     faults
-        What is wrong, in words.
-    own, reference
+        Description of the faults.
+    metrics, reference
         Metrics of that seed and of the reference.
     command
-        What flies both again; empty where a policy has no name or file.
+        Command that flies both again; empty where a policy has no name or file.
     """
 
-    split: str
     index: int
     entry: str
     seed: int
     faults: str
-    own: Mapping[str, float]
+    metrics: Mapping[str, float]
     reference: Mapping[str, float]
     command: str
 
 
-def worst_episodes(results: Results) -> list[Worst]:
-    """Return the worst feasible episodes of every split, those of the best agent of each tier, else of the reference.
+def worst_episodes(results: Results) -> dict[str, list[Worst]]:
+    """Return the worst feasible episodes by split: those of the best agent of each tier, else of the reference.
 
-    An agent is judged by how much longer than the reference it takes to settle, mean over its seeds, and by how much
-    larger its integrated error is where that is the same; the reference by its own.
+    An agent is judged by the difference of its settling time to the reference's, mean over its seeds. Ties are resolved
+    by the difference of the integrated error. The reference is judged by its own metrics.
     """
-    benchmark = results.benchmark
     agents: dict[str, Entry] = {}
     for entry in results.entries():
         if entry.kind == "agent" and entry.role != "bound":
             agents.setdefault(entry.tier, entry)
-    judged = list(agents.values()) or [entry for entry in results.entries() if entry.name == benchmark.reference]
-    return [item for split in benchmark.episodes for entry in judged for item in _worst(benchmark, split, entry)]
+    judged = list(agents.values()) or [_reference(results)]
+    return {split: [item for entry in judged for item in _worst(results, split, entry)] for split in results.profiles}
 
 
-def _worst(benchmark: Benchmark, split: str, entry: Entry) -> list[Worst]:
-    own, base = (
-        {metric: values(benchmark, split, name, metric) for metric in SHOWN}
-        for name in (entry.name, benchmark.reference)
+def _reference(results: Results) -> Entry:
+    return next(entry for entry in results.entries() if entry.name == results.benchmark.reference)
+
+
+def _worst(results: Results, split: str, entry: Entry) -> list[Worst]:
+    reference, episodes = _reference(results), results.benchmark.episodes[split]
+    found, base = (
+        {metric: values(results.benchmark, split, name, metric) for metric in SHOWN}
+        for name in (entry.name, reference.name)
     )
-    own_loss, base_loss = (
-        [item[metric].mean(axis=0) for metric in ("integrated_error", "settling_time")] for item in (own, base)
-    )
-    if entry.name != benchmark.reference:
-        own_loss = [mine - other for mine, other in zip(own_loss, base_loss, strict=True)]
-    episodes = benchmark.episodes[split]
+    losses = [found[metric].mean(axis=0) for metric in _LOSSES]
+    if entry.name != reference.name:
+        losses = [loss - base[metric].mean(axis=0) for loss, metric in zip(losses, _LOSSES, strict=True)]
     candidates = np.flatnonzero(episodes.feasible)
-    order = np.lexsort([loss[candidates] for loss in own_loss])[::-1]
-    reference = next(item for item in benchmark.entries if item.name == benchmark.reference)
-    found = []
-    for index in candidates[order[:COUNT]].tolist():
-        seed = int(np.lexsort([own[metric][:, index] for metric in ("integrated_error", "settling_time")])[-1])
-        found.append(
+    order = candidates[np.lexsort([loss[candidates] for loss in losses])[::-1]]
+    worst = []
+    for index in order[:COUNT].tolist():
+        seed = int(np.lexsort([found[metric][:, index] for metric in _LOSSES])[-1])
+        worst.append(
             Worst(
-                split,
                 index,
                 entry.name,
                 seed,
-                faults_in_words(episodes, index),
-                {metric: float(item[seed, index]) for metric, item in own.items()},
+                fault_description(episodes, index),
+                {metric: float(item[seed, index]) for metric, item in found.items()},
                 {metric: float(item[:, index].mean()) for metric, item in base.items()},
                 replay_command(split, episodes, index, [policy_name(entry, seed), policy_name(reference, 0)]),
             )
         )
-    return found
+    return worst
 
 
 def replay_command(split: str, episodes: Episodes, index: int, names: Sequence[str | None]) -> str:
@@ -113,9 +109,9 @@ def replay_command(split: str, episodes: Episodes, index: int, names: Sequence[s
     episodes
         Its episodes.
     index
-        Which of them.
+        Index of the episode.
     names
-        Policies as :func:`policy_name` calls them, the reference last.
+        Names of policies (:func:`~ftac_gym.report.provenance.policy_name`), the reference last.
 
     Returns
     -------
@@ -124,26 +120,7 @@ def replay_command(split: str, episodes: Episodes, index: int, names: Sequence[s
     known = [name for name in names if name is not None]
     if len(known) < len(names):
         return ""
-    # The list ends with this episode: nothing else need be flown.
+    # The list ends with this episode: no other one need be flown.
     count = int(episodes.feasible[: index + 1].sum())
     words = ["python", "train/evaluate.py", "--policies", *dict.fromkeys(known), "--reference", known[-1]]
     return shlex.join([*words, "--scenario", split, "--splits", "--episodes", str(count), "--detail", str(index)])
-
-
-def law_of(entry: Entry) -> str | None:
-    """Return the name of the law of a baseline of this package; None for anything else."""
-    policy = entry.policies[0]
-    fingerprint = getattr(policy, "fingerprint", None)
-    law = json.loads(fingerprint)[0] if entry.kind == "baseline" and fingerprint else policy
-    return law if isinstance(law, str) and law in baselines.names() else None
-
-
-def policy_name(entry: Entry, seed: int) -> str | None:
-    """Return what ``train/evaluate.py --policies`` calls a policy of an entry; None if it has no name for it."""
-    law = law_of(entry)
-    if law is not None:
-        return f"{law} tuned" if entry.gains == "tuned" else law
-    if not isinstance(entry.policies[seed], (str, Path)):
-        return None
-    path = Path(entry.policies[seed]).absolute()
-    return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)

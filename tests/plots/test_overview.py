@@ -8,7 +8,7 @@ import pytest
 from ftac_gym import scenarios
 from ftac_gym.evaluation import rollout
 from ftac_gym.faults import Bias, FaultSchedule, GyroBiasStep, LockInPlace, Outage
-from ftac_gym.plots import FLOOR, describe_faults, episode, faults_in_words, true_effect
+from ftac_gym.plots import FLOOR, episode, fault_description, true_effect
 from ftac_gym.spacecraft.layouts import pyramid
 
 FAULTS = FaultSchedule(
@@ -50,7 +50,7 @@ def test_what_is_drawn_is_what_was_flown(count, name, tmp_path):
         for panel, values in drawn:
             np.testing.assert_array_equal(np.array(data(panel)[:count]).T, values)
     words = " ".join(wide[0].get_title(loc="left").split())
-    assert words == describe_faults(history)
+    assert words == fault_description(history.episodes)
     assert "wheel 2: bias at 1.0 s" in words and "gyro bias step at 2.5 s" in words
     legends = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
     assert legends == [*histories, *(f"wheel {wheel}" for wheel in range(count))]
@@ -76,7 +76,7 @@ def test_limits_are_drawn_where_wheels_come_near_them():
 
 def test_healthy_craft_and_other_episodes_have_their_words():
     history = rollout(scenario_of().replace(faults=None), "pd", seed=0)
-    assert describe_faults(history) == "healthy" == faults_in_words(history.episodes, 0)
+    assert fault_description(history.episodes) == "healthy" == fault_description(history.episodes, 0)
 
 
 def test_what_does_not_fit_is_refused():
