@@ -60,7 +60,7 @@ def main(config: Config) -> None:
         f"{controller.proof.state_bound:.4g} rad/s; proved: {proof.holds}"
     )
     if config.store:
-        path = Path(synthesis.__file__).parent / "kept" / f"{config.scenario}.json"
+        path = Path(synthesis.__file__).parent / "stored" / f"{config.scenario}.json"
         text = json.dumps(record(spacecraft, observer, controller), indent=1)
         rows = re.compile(r"\[\s+([^\[\]{}]+?)\s+\]")
         path.parent.mkdir(exist_ok=True)

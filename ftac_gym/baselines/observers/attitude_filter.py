@@ -30,9 +30,11 @@ class AttitudeFilterGains(Gains):
 class AttitudeFilter:
     """Propagate the attitude with the gyros and pull it towards the star tracker.
 
-    q^_k = q^_{k|k-1} (x) dq(g phi), where q^_{k|k-1} = q^_{k-1} (x) dq(w T) is the propagated attitude with w the mean
-    of the last two rates, phi the rotation from it to the measured attitude, and g = 1 - exp(-T / time constant): the
-    steady state of a Kalman filter whose gyros are good for times shorter than the time constant.
+        q^_{k|k-1} = q^_{k-1} (x) dq(w T),    q^_k = q^_{k|k-1} (x) dq(g phi)
+
+    w is the mean of the last two rates, phi the rotation from the propagated to the measured attitude, and
+    g = 1 - exp(-T / time constant). This is the steady state of a Kalman filter whose gyros are accurate over times
+    shorter than the time constant.
 
     Parameters
     ----------
@@ -60,7 +62,7 @@ class AttitudeFilter:
             return measurement.attitude
         memory, measured = self._memory, measurement.attitude
         fresh = memory["filter_fresh"]
-        # A craft just reset has nothing to propagate: it starts from the measurement.
+        # A spacecraft just reset starts from the measurement.
         previous = np.where(fresh, measured, memory["filtered_attitude"])
         turn = np.where(fresh, 0.0, (0.5 * self._period) * (measurement.rate + memory["filter_rate"]))
         propagated = quaternion_product(previous, quaternion_from_rotation_vector(turn))

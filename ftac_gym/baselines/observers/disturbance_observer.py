@@ -1,4 +1,4 @@
-"""A disturbance observer: the torque that the model and the commands do not explain."""
+"""A disturbance observer: the torque on the body beyond model and commands."""
 
 from __future__ import annotations
 
@@ -14,17 +14,19 @@ from ftac_gym.utils.parameters import FloatArray, positive
 class DisturbanceObserver:
     """First-order observer of the lumped torque d in J w' = -w x (J w + D h) + D u + d.
 
-    Each control period it evaluates the balance of the period that has just ended,
-    r = J (w_k - w_{k-1}) / T + gyroscopic torque - D u_{k-1}, and low-passes it: the discrete counterpart of the
-    observer d^ = z + L J w (Chen, Ballance, Gawthrop, O'Reilly, IEEE T-IE 47(4), 2000), but free of drift. Faults,
-    inertia errors, external torque, and what the gyroscopic model leaves out all end up in d.
+    Each control period it low-passes the balance of the last period,
+
+        r = J (w_k - w_{k-1}) / T + gyroscopic torque - D u_{k-1},
+
+    the discrete counterpart of the observer d^ = z + L J w (Chen, Ballance, Gawthrop, O'Reilly, IEEE T-IE 47(4), 2000),
+    without its drift. The estimate contains faults, inertia errors, external torque and errors of the gyroscopic model.
 
     Parameters
     ----------
     scenario
         The task; its nominal inertia and axes are the model.
     memory
-        Where the observer keeps its state.
+        Store of the state.
     bandwidth
         Bandwidth L [rad/s].
     gyroscopic
@@ -63,7 +65,7 @@ class DisturbanceObserver:
         explained = measurement.last_command @ self._axes_transposed
         gyroscopic = self._gyroscopic.torque(0.5 * (rate + last_rate), measurement.wheel_momentum)
         residual = acceleration @ self._inertia + gyroscopic - explained
-        # A craft just reset has no period behind it to balance.
+        # A spacecraft just reset has no period behind it to balance.
         updated: FloatArray = disturbance + self._gain * np.where(memory["fresh"], 0.0, residual - disturbance)
         memory["disturbance"], memory["last_rate"] = updated, rate
         memory["fresh"] = np.zeros_like(memory["fresh"])

@@ -3,29 +3,65 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ftac_gym.baselines import synthesis
 from ftac_gym.baselines.components.takagi_sugeno import TakagiSugenoModel, TriangularSets
 from ftac_gym.baselines.estimate import FaultEstimate
-from ftac_gym.baselines.gains import SearchSpace
+from ftac_gym.baselines.gains import Gains, parameter
 from ftac_gym.baselines.memory import Memory
+from ftac_gym.baselines.observers.observer import FaultObserver
+from ftac_gym.baselines.rules import Choice, Optional, flag
 from ftac_gym.baselines.synthesis import ObserverGains, error_dynamics
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.task.vibration import hub_torque
 from ftac_gym.utils.parameters import FloatArray, positive, require
 
-METHODS = ("rk4", "euler")
-STARTS = ("measured", "zero")
-
 STABLE_STEP = 2.78
-"""Longer steps than this over the fastest pole make the Runge-Kutta method diverge, and Euler's long before."""
+"""Largest step times the fastest pole with which the Runge-Kutta method is stable; Euler's limit is smaller."""
 
 
-class FuzzyObserver:
+@dataclass(frozen=True)
+class FuzzyObserverGains(Gains):
+    """Gains and method of :class:`FuzzyObserver`."""
+
+    design: str = parameter(
+        "solved",
+        'Gain matrices: ``"published"`` for those of the appendix, ``"solved"`` for the solution of the matrix '
+        "inequalities for this spacecraft",
+    )
+    torque_bound: float | None = parameter(
+        None,
+        "f_max. Beyond it f^ is clipped and z_f is constant. It must exceed the whole equivalent fault (E - I) u + f. "
+        "None for no bound",
+        "N m",
+        Optional(positive),
+    )
+    vibration_bound: float | None = parameter(
+        None,
+        "Largest sum of the magnitudes of d^, which is scaled down to it. None for no bound",
+        rule=Optional(positive),
+    )
+    start: str = parameter(
+        "measured",
+        "Initial estimate: the first measured rate with the appendages at rest, or zero",
+        rule=Choice(("measured", "zero")),
+    )
+    interpolate: bool = parameter(
+        True, "Whether the rate is interpolated within a period. Else it is held at its start", rule=flag
+    )
+    method: str = parameter("rk4", "Integrator", rule=Choice(("rk4", "euler")))
+    longest_step: float = parameter(0.05, "Largest step into which the period is divided", "s", positive)
+    scheduled: bool = parameter(
+        True, "Whether the gain matrices are those of the active rules. Else they are the mean of all", rule=flag
+    )
+
+
+class FuzzyObserver(FaultObserver):
     """Estimate of rate, fault torque and vibration from the measured rate alone: Eqs. (16), (17), without derivatives.
 
     With e = w - x^, t = D u the torque commanded, and the sums over the rules blended by the measured rate:
@@ -35,35 +71,10 @@ class FuzzyObserver:
         z_f' = sum h_i F_i e,   z_v' = A_v varpi^ + B_v w + sum h_i G_i e
 
     which is the printed law with its term in y' integrated by parts (Eq. (22)). f is the torque of the faults on the
-    body, not the torque of each wheel: with more than three wheels those cannot be told apart.
+    body, not the torque of each wheel: with more than three wheels those are not observable.
 
-    The observer is sampled: it integrates the period behind it, with the command that was held, along the line between
-    the two rates measured at its ends.
-
-    Parameters
-    ----------
-    scenario
-        The task; its nominal spacecraft, with appendages, is the model.
-    memory
-        Where the state is kept.
-    design
-        ``"published"``: the gains of the paper's appendix; ``"solved"``: those that solving the paper's matrix
-        inequalities for this spacecraft gives.
-    torque_bound
-        f_max [N m]; beyond it f^ is clipped and z_f stands still. It must exceed the whole equivalent fault
-        (E - I) u + f. None for no bound.
-    vibration_bound
-        Largest sum of the magnitudes of d^, which is scaled down to it; None for no bound.
-    start
-        ``"measured"``: from the first measured rate, appendages at rest; ``"zero"``: from nothing.
-    interpolate
-        Whether the rate is interpolated within a period; else it is held at its start.
-    method
-        ``"rk4"`` or ``"euler"``.
-    longest_step
-        The period is divided into steps of at most this [s].
-    scheduled
-        Whether the gains are those of the rules that fire; else they are the mean of all, at any rate.
+    The observer is sampled: it integrates the last period, with the held command, along the line between the two rates
+    measured at its ends.
 
     Raises
     ------
@@ -72,47 +83,32 @@ class FuzzyObserver:
         the step is too long for it.
     """
 
-    search_space: ClassVar[SearchSpace] = {}
+    gains = FuzzyObserverGains()
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        memory: Memory,
-        design: str = "solved",
-        torque_bound: float | None = None,
-        vibration_bound: float | None = None,
-        start: str = "measured",
-        interpolate: bool = True,
-        method: str = "rk4",
-        longest_step: float = 0.05,
-        scheduled: bool = True,
-    ) -> None:
-        require(start in STARTS, "start", f"must be one of {list(STARTS)}", start)
-        require(method in METHODS, "method", f"must be one of {list(METHODS)}", method)
-        self._torque_bound = None if torque_bound is None else positive(torque_bound, "torque_bound")
-        self._vibration_bound = None if vibration_bound is None else positive(vibration_bound, "vibration_bound")
-        self._know_rate, self._interpolate, self._method = start == "measured", bool(interpolate), method
-        self._steps = math.ceil(scenario.control_period / positive(longest_step, "longest_step") - 1e-9)
+    def __init__(self, scenario: Scenario, memory: Memory, **gains: Any) -> None:
+        super().__init__(scenario, memory, **gains)
+        own = self.gains
+        self._steps = math.ceil(scenario.control_period / own.longest_step - 1e-9)
         model = TakagiSugenoModel(scenario.spacecraft)
-        gains = synthesis.gains(scenario.spacecraft, design).observer
-        gains = gains if scheduled else gains.mean()
-        poles = np.linalg.eigvals(error_dynamics(model, gains))
+        matrices = synthesis.gains(scenario.spacecraft, own.design).observer
+        matrices = matrices if own.scheduled else matrices.mean()
+        poles = np.linalg.eigvals(error_dynamics(model, matrices))
         slowest = float(poles.real.max())
-        require(slowest < 0.0, "design", f"must leave a stable error; the slowest pole is {slowest:.3g} 1/s", design)
+        require(
+            slowest < 0.0, "design", f"must leave a stable error; the slowest pole is {slowest:.3g} 1/s", own.design
+        )
         step = scenario.control_period / self._steps
         fastest = float(np.abs(poles).max())
         rule = f"must be at most {STABLE_STEP / fastest:.3g} s: the fastest pole of the error is {fastest:.3g} 1/s"
-        require(step * fastest <= STABLE_STEP, "longest_step", rule, longest_step)
+        require(step * fastest <= STABLE_STEP, "longest_step", rule, own.longest_step)
         appendages = scenario.spacecraft.appendages
         assert appendages is not None
         self._coupling = appendages.coupling_matrix
         self._stiffness, self._damping = appendages.stiffness, appendages.damping
-        self._axes_transposed = scenario.spacecraft.wheels.axis_matrix.T.copy()
         self._membership = TriangularSets()
-        self._proportional = np.concatenate([gains.fault_proportional, gains.vibration_proportional]).T.copy()
+        self._proportional = np.concatenate([matrices.fault_proportional, matrices.vibration_proportional]).T.copy()
         self._modes = appendages.count
-        self._rules = _rules(model, gains)
-        self._memory = memory
+        self._rules = _rules(model, matrices)
         memory.add("fuzzy_state", (6 + 2 * self._modes,))
         memory.add("observed_rate", (3,))
         memory.add("rate_mismatch", (3,))
@@ -134,18 +130,18 @@ class FuzzyObserver:
         if fresh.any():
             state = np.where(fresh, self._initial(rate), state)
         mismatch, fault, _, vibration = self._parts(state, rate)
-        displacement, swing = vibration[:, : self._modes], vibration[:, self._modes :]
-        pull = hub_torque(self._stiffness, self._damping, self._coupling, displacement, swing, rate)
+        displacement, modal_rate = vibration[:, : self._modes], vibration[:, self._modes :]
+        torque = hub_torque(self._stiffness, self._damping, self._coupling, displacement, modal_rate, rate)
         memory["fuzzy_state"], memory["observed_rate"], memory["rate_mismatch"] = state, rate, mismatch
         memory["fault_torque"], memory["vibration"] = fault, vibration
-        memory["vibration_torque"] = pull
+        memory["vibration_torque"] = torque
         memory["observer_fresh"] = np.zeros_like(fresh)
         return self.estimate
 
     def _initial(self, rate: FloatArray) -> FloatArray:
         """Return the state (N, 6 + 2k) at the first measurement, where f^ = 0 and the appendages are at rest."""
         state = np.zeros((len(rate), 6 + 2 * self._modes))
-        if self._know_rate:
+        if self.gains.start == "measured":
             state[:, :3] = rate
             state[:, 6 + self._modes :] = rate @ self._coupling.T
         else:
@@ -157,23 +153,23 @@ class FuzzyObserver:
         mismatch: FloatArray = rate - state[:, :3]
         corrected = state[:, 3:] + mismatch @ self._proportional
         fault, motion = corrected[:, :3], corrected[:, 3:]
-        if self._torque_bound is not None:
-            fault = np.minimum(np.maximum(fault, -self._torque_bound), self._torque_bound)
+        if self.gains.torque_bound is not None:
+            fault = np.minimum(np.maximum(fault, -self.gains.torque_bound), self.gains.torque_bound)
         vibration = motion.copy()
         vibration[:, self._modes :] -= rate @ self._coupling.T
-        if self._vibration_bound is not None:
+        if self.gains.vibration_bound is not None:
             size = np.abs(vibration).sum(axis=1, keepdims=True)
-            vibration *= self._vibration_bound / np.maximum(size, self._vibration_bound)
+            vibration *= self.gains.vibration_bound / np.maximum(size, self.gains.vibration_bound)
         return mismatch, fault, motion, vibration
 
     def _slope(self, state: FloatArray, rate: FloatArray, torque: FloatArray, weights: FloatArray) -> FloatArray:
         mismatch, fault, motion, vibration = self._parts(state, rate)
-        everything = np.concatenate([state[:, :3], mismatch, fault, motion, vibration, rate, torque], axis=1)
-        by_rule = (everything @ self._rules).reshape(len(state), weights.shape[1], -1)
+        inputs = np.concatenate([state[:, :3], mismatch, fault, motion, vibration, rate, torque], axis=1)
+        by_rule = (inputs @ self._rules).reshape(len(state), weights.shape[1], -1)
         slope: FloatArray = np.einsum("nr,nri->ni", weights, by_rule)
-        if self._torque_bound is not None:
-            wanted = state[:, 3:6] + mismatch @ self._proportional[:, :3]
-            pushed = (np.abs(wanted) >= self._torque_bound) & (wanted * slope[:, 3:6] > 0.0)
+        if self.gains.torque_bound is not None:
+            unclipped = state[:, 3:6] + mismatch @ self._proportional[:, :3]
+            pushed = (np.abs(unclipped) >= self.gains.torque_bound) & (unclipped * slope[:, 3:6] > 0.0)
             slope[:, 3:6][pushed] = 0.0
         return slope
 
@@ -182,12 +178,12 @@ class FuzzyObserver:
     ) -> FloatArray:
         """Return the state at the end of a period with rates (N, 3) at its ends and a torque (N, 3) on the body."""
         step, change = dt / self._steps, after - before
-        if not self._interpolate:
+        if not self.gains.interpolate:
             change = np.zeros_like(change)
         rate, weights = before, self._membership(before)
         for number in range(self._steps):
             first = self._slope(state, rate, torque, weights)
-            if self._method == "euler":
+            if self.gains.method == "euler":
                 state = state + step * first
                 rate = before + ((number + 1) / self._steps) * change
                 weights = self._membership(rate)
@@ -203,9 +199,9 @@ class FuzzyObserver:
 
 
 def _rules(model: TakagiSugenoModel, gains: ObserverGains) -> FloatArray:
-    """Return what each rule makes of (x^, e, f^, varpi^, d^, w, t): its slopes of (x^, z_f, z_v), side by side.
+    """Return the matrix (inputs, 8 * slopes) of the slopes of (x^, z_f, z_v) by each rule, side by side.
 
-    The array is (inputs, 8 * slopes).
+    The inputs are (x^, e, f^, varpi^, d^, w, t).
     """
     count = model.vibration.shape[0]
     rows, columns = (

@@ -1,4 +1,4 @@
-"""The model that fault observers compare the measured rate with."""
+"""Model of the rate, with which fault observers compare the measured rate."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from ftac_gym.utils.parameters import FloatArray
 class RatePredictor:
     """J w^' = -w^ x J w^ + torque, one Euler step per period, with the nominal inertia J.
 
-    The gyroscopic torque is taken at the middle of the period, w^ + (w_k - w_{k-1}) / 2: as a step's only part of the
-    size of the wheels' torque that is known better than to first order.
+    The gyroscopic torque is taken at the middle of the period, w^ + (w_k - w_{k-1}) / 2. It is of the size of the wheel
+    torque, and the only part of a step that can be computed to second order.
 
     Parameters
     ----------
     scenario
         The task.
     memory
-        Where the state is kept.
+        Store of the state.
     know_rate
         Whether w^ starts from the first measurement; else from zero.
     """
@@ -59,7 +59,7 @@ class RatePredictor:
 
         Returns
         -------
-        w~ (N, 3) [rad/s], and which craft had no period behind them (N, 1): what was predicted for them means nothing.
+        w~ (N, 3) [rad/s], and the mask (N, 1) of spacecraft at their first sample, without a prediction.
         """
         memory, rate, fresh = self._memory, measurement.rate, self._memory["observer_fresh"]
         estimated = memory["rate_estimate"]

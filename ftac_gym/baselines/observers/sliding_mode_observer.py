@@ -2,25 +2,45 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.baselines.components.reaching import switching
 from ftac_gym.baselines.estimate import FaultEstimate
-from ftac_gym.baselines.gains import Range, SearchSpace
+from ftac_gym.baselines.gains import Range, parameter
 from ftac_gym.baselines.memory import Memory
-from ftac_gym.baselines.observers.excitation import Excitation
+from ftac_gym.baselines.observers.excitation import Excitation, ExcitationGains
+from ftac_gym.baselines.observers.observer import FaultObserver
 from ftac_gym.baselines.observers.rate_predictor import RatePredictor
+from ftac_gym.baselines.rules import Interval, flag
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import FloatArray, non_negative, positive, within
+from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
 BoolArray = npt.NDArray[np.bool_]
 
 
-class SlidingModeObserver:
+@dataclass(frozen=True)
+class SlidingModeGains(ExcitationGains):
+    """Gains of :class:`SlidingModeObserver`, in the units of the paper: w~ in rad/s, torques in N m."""
+
+    rate_gain: float = parameter(5.0, "L, times the identity", "1/s", positive, Range(0.5, 5.0, log=True))
+    effectiveness_gain: float = parameter(200.0, "g1", "", non_negative, Range(1e2, 1e6, log=True))
+    bias_gain: float = parameter(100.0, "g2", "", non_negative, Range(10.0, 3000.0, log=True))
+    switching_gain: float = parameter(0.1, "g3", "", non_negative)
+    barrier: float = parameter(0.05, "Barrier", "rad/s", positive)
+    barrier_torque: float = parameter(1.0, "k; 1 in the paper, where it has no symbol", "N m", non_negative)
+    largest_switching: float = parameter(50.0, "Largest K", "N m", non_negative)
+    smallest: float = parameter(0.05, "Lower end of the effectiveness", "", Interval(0.0, 1.0))
+    layer: float = parameter(0.01, "Boundary layer of the sign. Zero for none", "rad/s", non_negative)
+    printed_barrier: bool = parameter(False, "Whether (18) is taken as printed, with w~'w~", rule=flag)
+    know_rate: bool = parameter(True, "Whether w^ starts from the first measurement. Else from zero", rule=flag)
+
+
+class SlidingModeObserver(FaultObserver):
     """Estimate of effectiveness and bias of every wheel from the error of an estimated rate.
 
     With w~ = w - w^, U = diag(sat(u)) and the nominal inertia J (Eqs. (15)-(18), corrected):
@@ -32,97 +52,31 @@ class SlidingModeObserver:
     K = k |w~|_1 / (barrier - |w~|_1), at most ``largest_switching`` (18).
 
     Differences from the print: U holds the limited command, not the raw one, which is tens of times larger while a
-    wheel saturates; e^ is projected onto [smallest, 1], since the controllers divide by it; the barrier (18) takes the
-    norm that its phase test takes (printed, it takes w~'w~, with which there is no barrier at |w~|_1 = barrier).
-    The theorem gives a small w~ and bounded estimates, not accurate ones: that needs sustained torque.
+    wheel saturates. The estimate e^ is projected onto [smallest, 1], since the controllers divide by it. The barrier
+    (18) takes the norm of its phase test. As printed it takes w~'w~, which gives no barrier at |w~|_1 = barrier. The
+    theorem gives a small w~ and bounded estimates, not accurate ones: accuracy needs sustained torque.
 
     The rate estimate takes one Euler step per update, with the gyroscopic torque at the middle of the period; the
     estimates then take one with the new w~, which is stable for larger periods than two explicit steps.
-
-    Parameters
-    ----------
-    scenario
-        The task; its nominal inertia and axes are the model.
-    memory
-        Where the state is kept.
-    rate_gain
-        L [1/s], times the identity.
-    effectiveness_gain
-        g1 [1/(N m)^2 ...] as in the paper, for w~ in rad/s and torques in N m.
-    bias_gain
-        g2.
-    switching_gain
-        g3.
-    barrier
-        [rad/s].
-    barrier_torque
-        k [N m]; 1 in the paper, where it has no symbol.
-    largest_switching
-        Largest K [N m].
-    smallest
-        Lower end of the effectiveness.
-    layer
-        Boundary layer of the sign [rad/s]; zero for none.
-    printed_barrier
-        Whether (18) is taken as printed, with w~'w~.
-    know_rate
-        Whether w^ starts from the first measurement; else from zero.
-    excitation_time, excitation_threshold
-        See :class:`~ftac_gym.baselines.observers.excitation.Excitation`.
-
-    Raises
-    ------
-    ValueError
-        If a gain breaks a rule.
     """
 
-    search_space: ClassVar[SearchSpace] = {
-        "rate_gain": Range(0.5, 5.0, log=True),
-        "effectiveness_gain": Range(1e2, 1e6, log=True),
-        "bias_gain": Range(10.0, 3000.0, log=True),
-    }
+    gains = SlidingModeGains()
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        memory: Memory,
-        rate_gain: float = 5.0,
-        effectiveness_gain: float = 200.0,
-        bias_gain: float = 100.0,
-        switching_gain: float = 0.1,
-        barrier: float = 0.05,
-        barrier_torque: float = 1.0,
-        largest_switching: float = 50.0,
-        smallest: float = 0.05,
-        layer: float = 0.01,
-        printed_barrier: bool = False,
-        know_rate: bool = True,
-        excitation_time: float = 2.0,
-        excitation_threshold: float = 0.05,
-    ) -> None:
-        self._effectiveness_gain = non_negative(effectiveness_gain, "effectiveness_gain")
-        self._bias_gain = non_negative(bias_gain, "bias_gain")
-        self._rate_torque = positive(rate_gain, "rate_gain") * scenario.spacecraft.inertia_matrix
-        self._barrier = positive(barrier, "barrier")
-        self._barrier_torque = non_negative(barrier_torque, "barrier_torque")
-        self._largest = non_negative(largest_switching, "largest_switching")
-        self._smallest = within(smallest, 0.0, 1.0, "smallest")
-        self._layer = non_negative(layer, "layer")
-        self._printed_barrier = bool(printed_barrier)
-        craft = scenario.spacecraft
-        inverse_inertia = np.linalg.inv(craft.inertia_matrix)
-        self._axes_transposed = craft.wheels.axis_matrix.T.copy()
-        self._to_wheels = inverse_inertia @ craft.wheels.axis_matrix
-        self._growth = non_negative(switching_gain, "switching_gain") * float(np.linalg.norm(inverse_inertia, 2))
-        wheels = craft.wheels.count
-        self._predictor = RatePredictor(scenario, memory, know_rate)
-        self._memory = memory
+    def __init__(self, scenario: Scenario, memory: Memory, **gains: Any) -> None:
+        super().__init__(scenario, memory, **gains)
+        own, spacecraft = self.gains, scenario.spacecraft
+        inverse_inertia = np.linalg.inv(spacecraft.inertia_matrix)
+        self._rate_torque = own.rate_gain * spacecraft.inertia_matrix
+        self._to_wheels = inverse_inertia @ spacecraft.wheels.axis_matrix
+        self._growth = own.switching_gain * float(np.linalg.norm(inverse_inertia, 2))
+        self._predictor = RatePredictor(scenario, memory, own.know_rate)
+        wheels = spacecraft.wheels.count
         memory.add("injection", (3,))
         memory.add("adaptive_switching", (1,))
         memory.add("inside_barrier", (1,), initial=False)
         memory.add("effectiveness", (wheels,), initial=1.0)
         memory.add("bias", (wheels,))
-        self._excitation = Excitation(scenario, memory, excitation_time, excitation_threshold)
+        self._excitation = Excitation(scenario, memory, own)
 
     def update(self, measurement: Measurement, command: FloatArray, dt: float) -> FaultEstimate:
         """Take in a measurement and the command (N, m) [N m] of the period dt [s] that ends with it."""
@@ -130,16 +84,16 @@ class SlidingModeObserver:
         torque = (effectiveness * command + bias) @ self._axes_transposed + memory["injection"]
         mismatch, fresh = self._predictor.update(measurement, torque, dt)
         inside = memory["inside_barrier"]
-        # Nothing could be learned before the first period.
+        # The first measurement has no period behind it.
         step = np.where(fresh, 0.0, dt)
         size = np.abs(mismatch).sum(axis=1, keepdims=True)
         adaptive = memory["adaptive_switching"] + (self._growth * step) * size * ~inside
-        inside = inside | (size < self._barrier)
-        switched = self._gain(mismatch, size, adaptive, inside) * switching(mismatch, self._layer)
+        inside = inside | (size < self.gains.barrier)
+        switched = self._switching(mismatch, size, adaptive, inside) * switching(mismatch, self.gains.layer)
         drive = mismatch @ self._to_wheels
-        effectiveness = effectiveness + (self._effectiveness_gain * step) * command * drive
-        effectiveness = np.minimum(np.maximum(effectiveness, self._smallest), 1.0)
-        bias = bias + (self._bias_gain * step) * drive
+        effectiveness = effectiveness + (self.gains.effectiveness_gain * step) * command * drive
+        effectiveness = np.minimum(np.maximum(effectiveness, self.gains.smallest), 1.0)
+        bias = bias + (self.gains.bias_gain * step) * drive
         memory["injection"] = switched + mismatch @ self._rate_torque
         memory["adaptive_switching"], memory["inside_barrier"] = adaptive, inside
         memory["effectiveness"], memory["bias"] = effectiveness, bias
@@ -148,15 +102,15 @@ class SlidingModeObserver:
 
     @property
     def estimate(self) -> FaultEstimate:
-        """The latest estimate; its disturbance is what the faults do not explain, K sign(w~) + J L w~."""
+        """The latest estimate; its disturbance is the rest of the torque, K sign(w~) + J L w~."""
         memory, known = self._memory, self._excitation.identifiable
         return FaultEstimate(memory["injection"], memory["effectiveness"], memory["bias"], known)
 
-    def _gain(self, mismatch: FloatArray, size: FloatArray, adaptive: FloatArray, inside: BoolArray) -> FloatArray:
+    def _switching(self, mismatch: FloatArray, size: FloatArray, adaptive: FloatArray, inside: BoolArray) -> FloatArray:
         """Return K (N, 1) [N m]."""
-        if self._printed_barrier:
+        if self.gains.printed_barrier:
             size = np.einsum("ni,ni->n", mismatch, mismatch)[:, None]
         # K reaches its largest value before the barrier, which a sampled observer can overstep.
-        barrier = self._barrier_torque * size / np.maximum(self._barrier - size, 1e-12)
-        gain: FloatArray = np.minimum(np.where(inside, barrier, adaptive), self._largest)
+        barrier = self.gains.barrier_torque * size / np.maximum(self.gains.barrier - size, 1e-12)
+        gain: FloatArray = np.minimum(np.where(inside, barrier, adaptive), self.gains.largest_switching)
         return gain

@@ -26,10 +26,10 @@ class TachometerGains(Gains):
 class Tachometer(FaultObserver):
     """Uncommanded torque of each wheel from the change of its measured momentum.
 
-    Over a period T a wheel gave the body -(h_k - h_{k-1}) / T; its difference from the command u_{k-1} is low-passed:
-    a bias, a locked wheel's torque, friction, and the part of the command that a weak wheel did not carry out. It needs
-    the telemetry tier. Momentum that leaves through the bearings is not told apart, and torques on the body that come
-    from no wheel are not estimated.
+    Over a period T a wheel gave the body -(h_k - h_{k-1}) / T; its difference from the command u_{k-1} is low-passed.
+    It contains a bias, a locked wheel's torque, friction, and the part of the command that a weak wheel did not give.
+    It needs the telemetry tier. Momentum that leaves through the bearings is not distinguished, and torques on the body
+    that come from no wheel are not estimated.
     """
 
     gains = TachometerGains()

@@ -1,15 +1,15 @@
 """Gains of observer and controller from linear matrix inequalities (Li, Xu and Chang 2023), proved after solving."""
 
 from ftac_gym.baselines.synthesis.certificate import Certificate
-from ftac_gym.baselines.synthesis.controller import (
+from ftac_gym.baselines.synthesis.controller_design import (
     ControllerDesign,
     ControllerProof,
     certify_controller,
     design_controller,
 )
-from ftac_gym.baselines.synthesis.designs import Gains, design, gains, published, solved
-from ftac_gym.baselines.synthesis.gains import ControllerGains, ObserverGains
-from ftac_gym.baselines.synthesis.observer import (
+from ftac_gym.baselines.synthesis.designs import DesignGains, design, gains, published, solved
+from ftac_gym.baselines.synthesis.gain_matrices import ControllerGains, ObserverGains
+from ftac_gym.baselines.synthesis.observer_design import (
     ObserverDesign,
     certify_observer,
     design_observer,
@@ -23,8 +23,8 @@ __all__ = [
     "ControllerDesign",
     "ControllerGains",
     "ControllerProof",
+    "DesignGains",
     "Disc",
-    "Gains",
     "ObserverDesign",
     "ObserverGains",
     "certify_controller",

@@ -1,4 +1,4 @@
-"""What gains are worth, from the gains and a Lyapunov matrix alone: plain linear algebra, whatever the solver said."""
+"""Certificate of gains from the gains and a Lyapunov matrix alone: plain linear algebra, independent of the solver."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from ftac_gym.baselines.synthesis.regions import Disc, poles
 from ftac_gym.utils.parameters import FloatArray
 
 SLACK = 1e-6
-"""Relative rounding error that a boundary may be missed by: the optimum lies on it."""
+"""Relative tolerance of a bound, for rounding: the optimum lies on it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """A bound that holds for every blend of the rules, and what each rule does by itself.
+    """A bound that holds for every blend of the rules, and the properties of each rule by itself.
 
     Attributes
     ----------
     gamma
         Level from the disturbance to the whole error that V = e'Pe proves, for the same P at all rules; infinite if V
-        does not even fall.
+        does not decrease.
     contraction
         (8,) the norm of A_i - centre in the metric of P; at most the radius proves that the poles are in the disc.
     reach
@@ -32,7 +32,7 @@ class Certificate:
     peak_gain
         (8,) largest gain of each rule's transfer function on a grid of frequencies; at most gamma.
     disc
-        The region asked for.
+        The required region.
     lyapunov
         P (n, n).
     """
@@ -47,12 +47,12 @@ class Certificate:
 
     @property
     def in_disc(self) -> bool:
-        """Whether every pole of every rule lies in the disc; true without one."""
+        """True if every pole of every rule lies in the disc, or without a disc."""
         return self.disc is None or bool((self.reach <= self.disc.radius * (1.0 + SLACK)).all())
 
     @property
     def holds(self) -> bool:
-        """Whether level and disc are proved by the one P."""
+        """True if the one P proves level and disc."""
         proved = self.disc is None or bool((self.contraction <= self.disc.radius * (1.0 + SLACK)).all())
         return bool(np.isfinite(self.gamma)) and proved and self.in_disc
 
@@ -71,19 +71,23 @@ def certificate(
     lyapunov
         P (n, n).
     disc
-        Where the poles shall lie; None for anywhere.
+        Region for the poles; None for no region.
     scale
-        (n,) magnitudes of the entries of e, so that rounding hits all alike.
+        (n,) magnitudes of the entries of e, which balance the rounding errors.
     """
     weight = scale[:, None] * lyapunov * scale
     moved = closed / scale[:, None] * scale
     driven = inputs / scale[:, None]
-    falls = weight @ moved
-    falls = falls + falls.transpose(0, 2, 1) + np.diag(scale**2)
+    decrease = weight @ moved
+    decrease = decrease + decrease.transpose(0, 2, 1) + np.diag(scale**2)
     gamma = float("inf")
-    if np.linalg.eigvalsh(weight)[0] > 0.0 and np.linalg.eigvalsh(falls)[:, -1].max() < 0.0:
-        pushed = weight @ driven
-        gamma = float(np.sqrt(np.linalg.eigvalsh(pushed.transpose(0, 2, 1) @ np.linalg.solve(-falls, pushed)).max()))
+    if np.linalg.eigvalsh(weight)[0] > 0.0 and np.linalg.eigvalsh(decrease)[:, -1].max() < 0.0:
+        driven_weight = weight @ driven
+        gamma = float(
+            np.sqrt(
+                np.linalg.eigvalsh(driven_weight.transpose(0, 2, 1) @ np.linalg.solve(-decrease, driven_weight)).max()
+            )
+        )
     centre, found = 0.0 if disc is None else disc.centre, poles(moved)
     return Certificate(
         gamma=gamma,

@@ -1,7 +1,7 @@
-"""Gains by where they are from: the paper's appendix, or matrix inequalities solved for a spacecraft.
+"""Gains by their source: the paper's appendix, or matrix inequalities solved for a spacecraft.
 
-Designs that were solved once are kept as data, so that using them needs no solver and gives the same numbers
-everywhere; ``python train/synthesize.py --scenario NAME --store`` makes them.
+Solved designs are stored as data, so that their use needs no solver and gives the same numbers everywhere. They are
+made by ``python train/synthesize.py --scenario NAME --store``.
 """
 
 from __future__ import annotations
@@ -15,18 +15,16 @@ from typing import Any
 import numpy as np
 
 from ftac_gym.baselines.components.takagi_sugeno import TakagiSugenoModel
-from ftac_gym.baselines.synthesis.controller import DISC as CONTROLLER_DISC
-from ftac_gym.baselines.synthesis.controller import ControllerDesign, design_controller
-from ftac_gym.baselines.synthesis.gains import (
+from ftac_gym.baselines.synthesis.controller_design import DISC as CONTROLLER_DISC
+from ftac_gym.baselines.synthesis.controller_design import ControllerDesign, design_controller
+from ftac_gym.baselines.synthesis.gain_matrices import (
     ControllerGains,
     ObserverGains,
-    controller_from,
     default_fault_proportional,
     default_vibration_proportional,
-    observer_from,
 )
-from ftac_gym.baselines.synthesis.observer import DISC as OBSERVER_DISC
-from ftac_gym.baselines.synthesis.observer import ObserverDesign, design_observer
+from ftac_gym.baselines.synthesis.observer_design import DISC as OBSERVER_DISC
+from ftac_gym.baselines.synthesis.observer_design import ObserverDesign, design_observer
 from ftac_gym.baselines.synthesis.regions import Disc
 from ftac_gym.spacecraft.spacecraft import Spacecraft
 from ftac_gym.utils.parameters import FloatArray, require
@@ -37,7 +35,7 @@ _FOLDER = resources.files("ftac_gym.baselines.synthesis")
 
 
 @dataclass(frozen=True, eq=False)
-class Gains:
+class DesignGains:
     """Gains of observer and controller."""
 
     observer: ObserverGains
@@ -45,7 +43,7 @@ class Gains:
 
 
 @cache
-def published() -> Gains:
+def published() -> DesignGains:
     """Return the gains of the appendix (A.1), (A.2) of Li et al. 2023, with theta F_2 and theta G_2 of Eq. (68)."""
     data = json.loads(_FOLDER.joinpath("li_2023_published.json").read_text())
     observer = ObserverGains(
@@ -53,7 +51,7 @@ def published() -> Gains:
         fault_proportional=default_fault_proportional(),
         vibration_proportional=default_vibration_proportional(4),
     )
-    return Gains(observer, controller_from(data["controller"]))
+    return DesignGains(observer, ControllerGains(**data["controller"]))
 
 
 def design(
@@ -61,8 +59,8 @@ def design(
 ) -> tuple[ObserverDesign, ControllerDesign]:
     """Solve both theorems for a spacecraft, each for its smallest level.
 
-    The bound on the virtual torque is what the limits of the wheels leave at the least about any body axis, times the
-    root of three: 5 sqrt(3) N m in the paper's example.
+    The bound on the virtual torque is the smallest torque of the wheels at their limits about a body axis, times the
+    root of three. In the paper's example it is 5 sqrt(3) N m.
 
     Raises
     ------
@@ -78,7 +76,7 @@ def design(
 
 
 def identity(spacecraft: Spacecraft) -> dict[str, Any]:
-    """Return the numbers of a spacecraft that a design is for."""
+    """Return the numbers of a spacecraft that identify its design."""
     appendages = spacecraft.appendages
     if appendages is None:
         raise ValueError("appendages must be given: a fuzzy design is one for a flexible spacecraft, got None")
@@ -93,35 +91,35 @@ def identity(spacecraft: Spacecraft) -> dict[str, Any]:
 
 
 @lru_cache(maxsize=32)
-def solved(spacecraft: Spacecraft) -> Gains:
-    """Return the gains for a spacecraft: kept ones if there are any, else by solving, which takes seconds.
+def solved(spacecraft: Spacecraft) -> DesignGains:
+    """Return the gains for a spacecraft: stored ones if there are any, else by solving, which takes seconds.
 
     Raises
     ------
     ValueError
         If the spacecraft is rigid or there is no solution.
     ImportError
-        If nothing is kept, and without CVXPY.
+        If no design is stored, and without CVXPY.
     """
-    wanted = identity(spacecraft)
-    for file in sorted(_FOLDER.joinpath("kept").iterdir(), key=lambda entry: entry.name):
+    numbers = identity(spacecraft)
+    for file in sorted(_FOLDER.joinpath("stored").iterdir(), key=lambda entry: entry.name):
         data = json.loads(file.read_text())
-        if data["spacecraft"] == wanted:
-            return Gains(observer_from(data["observer"]), controller_from(data["controller"]))
+        if data["spacecraft"] == numbers:
+            return DesignGains(ObserverGains(**data["observer"]), ControllerGains(**data["controller"]))
     try:
         observer, controller = design(spacecraft)
     except ImportError as error:
-        raise ImportError(f"no design is kept for this spacecraft, and {error}") from None
-    return Gains(observer.gains, controller.gains)
+        raise ImportError(f"no design is stored for this spacecraft, and {error}") from None
+    return DesignGains(observer.gains, controller.gains)
 
 
-def gains(spacecraft: Spacecraft, source: str) -> Gains:
+def gains(spacecraft: Spacecraft, source: str) -> DesignGains:
     """Return the gains from a source.
 
     Parameters
     ----------
     spacecraft
-        What they are for; those of the paper are what they are.
+        The spacecraft; the published gains do not depend on it.
     source
         ``"published"`` or ``"solved"``.
 
@@ -134,17 +132,17 @@ def gains(spacecraft: Spacecraft, source: str) -> Gains:
     if source == "solved":
         return solved(spacecraft)
     identity(spacecraft)
-    rule = f"must be 'solved' for a craft with {spacecraft.modes} modes: published is for 4"
+    rule = f"must be 'solved' for a spacecraft with {spacecraft.modes} modes: published is for 4"
     require(spacecraft.modes == 4, "design", rule, source)
     return published()
 
 
 def record(spacecraft: Spacecraft, observer: ObserverDesign, controller: ControllerDesign) -> dict[str, Any]:
-    """Return what is kept of a design, as plain data."""
+    """Return the stored form of a design, as plain data."""
     disc = observer.certificate.disc
 
     def rounded(data: dict[str, Any]) -> dict[str, Any]:
-        # Nine digits: the certificate holds for what is kept, and two machines keep the same.
+        # Nine digits: the certificate holds for the rounded gains, which are the same on all machines.
         return {name: _rounded(np.array(part)) for name, part in data.items()}
 
     return {

@@ -1,4 +1,4 @@
-"""Where poles may lie."""
+"""Regions of the complex plane for poles."""
 
 from __future__ import annotations
 

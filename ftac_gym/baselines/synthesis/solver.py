@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 Groups = Mapping[str, Sequence[Any]]
-"""Constraints by what they are for."""
+"""Constraints by their purpose."""
 
 
 def cvxpy() -> Any:
-    """Return the CVXPY module, or say what to install."""
+    """Return the CVXPY module; raise an ImportError with the remedy without it."""
     try:
         import cvxpy as module
     except ImportError:
@@ -20,14 +20,14 @@ def cvxpy() -> Any:
 
 
 def negative(matrix: Any) -> Any:
-    """Return the constraint that a matrix, symmetric but for rounding, is negative definite."""
+    """Return the constraint that a matrix, symmetric up to rounding, is negative definite."""
     return matrix + matrix.T << 0
 
 
 def minimised(objective: Any, groups: Groups) -> bool:
-    """Minimise under all constraints, and return whether there is anything to be had: its worth is to be certified.
+    """Minimise under all constraints, and return whether there is a result, which the caller certifies.
 
-    Clarabel alone: first-order solvers call points optimal that are far from it.
+    Clarabel alone: first-order solvers report points as optimal that are far from it.
     """
     module = cvxpy()
     problem = module.Problem(module.Minimize(objective), [item for group in groups.values() for item in group])
@@ -41,10 +41,10 @@ def minimised(objective: Any, groups: Groups) -> bool:
 
 
 def unsolvable(objective: Any, groups: Groups, field: str, value: object) -> ValueError:
-    """Return the error of a problem without a solution: which of its constraints, left out alone, leave it one."""
-    blamed = [
+    """Return the error of a problem without a solution, with the constraints whose removal gives one."""
+    excluding = [
         name for name in groups if minimised(objective, {other: groups[other] for other in groups if other != name})
     ]
-    where = " or without ".join(blamed)
-    rule = f"it has one without {where}" if blamed else "whichever of its constraints is left out"
+    where = " or without ".join(excluding)
+    rule = f"it has one without {where}" if excluding else "whichever of its constraints is left out"
     return ValueError(f"{field} must leave a solution, which there is not: {rule}; got {value!r}")

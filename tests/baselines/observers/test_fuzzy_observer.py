@@ -197,7 +197,7 @@ def test_error_follows_the_designed_dynamics(scenario, design, constant):
 def level_of(scenario, design):
     if design == "published":
         return 1.6563
-    kept = resources.files("ftac_gym.baselines.synthesis") / "kept" / f"{scenario.name}.json"
+    kept = resources.files("ftac_gym.baselines.synthesis") / "stored" / f"{scenario.name}.json"
     return json.loads(kept.read_text())["gamma_1"]
 
 
@@ -232,7 +232,7 @@ def test_level_is_that_of_the_files():
 
 
 def still(scenario, biases=(), effectiveness=(), **changes):
-    """A scenario of a craft at rest, whose wheels have these faults from the start."""
+    """A scenario of a spacecraft at rest, whose wheels have these faults from the start."""
     faults = [Bias(wheel=wheel, constant=value) for wheel, value in enumerate(biases)]
     faults += [LossOfEffectiveness(wheel=wheel, effectiveness=value) for wheel, value in enumerate(effectiveness)]
     wheels = scenario.spacecraft.wheels
@@ -251,7 +251,7 @@ def still(scenario, biases=(), effectiveness=(), **changes):
 @pytest.mark.parametrize("start", ["measured", "zero"])
 @pytest.mark.parametrize("design", DESIGNS)
 def test_lasting_torque_and_disturbance_are_found_exactly(design, start):
-    """A craft that a command holds still: f^ is what it holds against."""
+    """A spacecraft that a command keeps at rest: f^ is the torque that the command balances."""
     torque = np.array([0.7, -1.3, 0.4])
     rates, commands = np.tile([0.0, 0.0, 0.0], (2400, 1, 1)), np.tile(-torque, (2400, 1, 1))
     found = watched(LI, rates, commands, design=design, start=start)
@@ -261,7 +261,7 @@ def test_lasting_torque_and_disturbance_are_found_exactly(design, start):
 
 @pytest.mark.parametrize("kind", ["bias", "weak, against each other"])
 def test_with_four_wheels_the_torque_is_found(kind):
-    """A craft in flight. With wheels that fight each other, the single wheels' faults are far larger than f."""
+    """A spacecraft in motion. With wheels that oppose each other, the single wheels' faults are far larger than f."""
     axes = FLEXIBLE.spacecraft.wheels.axis_matrix
     null = np.linalg.svd(axes)[2][3]
     null = null / np.abs(null).max()

@@ -1,4 +1,4 @@
-"""The learning observer: the working form learns, the printed one forgets."""
+"""The learning observer: the working form converges, the printed one does not."""
 
 import numpy as np
 import pytest

@@ -52,7 +52,7 @@ def test_converges_with_its_time_constant(scenario, telemetry, bandwidth):
 
 
 def test_lumps_what_the_model_leaves_out():
-    """Without telemetry the gyroscopic torque of a spinning craft is part of the estimate."""
+    """Without telemetry the gyroscopic torque of a spinning spacecraft is part of the estimate."""
     scenario = QUIET.replace(initial_state=InitialState.fixed(rate=(0.05, 0.05, 0.0), wheel_momentum=1.0))
     estimates = {}
     for telemetry in (False, True):
@@ -99,7 +99,7 @@ def test_observer_reset_by_mask():
 
 
 def still(attitude, rate):
-    """Return the measurement of N craft with the given attitude (N, 4) and rate (N, 3)."""
+    """Return the measurement of N spacecraft with the given attitude (N, 4) and rate (N, 3)."""
     count = len(attitude)
     identity, three, four = np.tile([1.0, 0, 0, 0], (count, 1)), np.zeros((count, 3)), np.zeros((count, 4))
     return Measurement(np.zeros(count), attitude, rate, four, four, np.ones(count, bool), identity, three, three)

@@ -1,4 +1,4 @@
-"""Gains by where they are from: the appendix, what is kept, and what is solved when nothing is kept."""
+"""Gains by their source: the appendix, the stored designs, and solving where none is stored."""
 
 import importlib.util
 import json
@@ -15,21 +15,19 @@ from helpers.flexible_spacecraft import INERTIA, PYRAMID, li_spacecraft, random_
 from ftac_gym import scenarios
 from ftac_gym.baselines import synthesis
 from ftac_gym.baselines.components.takagi_sugeno import TakagiSugenoModel
-from ftac_gym.baselines.synthesis.gains import (
-    controller_from,
+from ftac_gym.baselines.synthesis.gain_matrices import (
     default_fault_proportional,
     default_vibration_proportional,
-    observer_from,
 )
 from ftac_gym.spacecraft.spacecraft import Spacecraft
 from ftac_gym.spacecraft.wheel_array import WheelArray
 
-KEPT = resources.files("ftac_gym.baselines.synthesis").joinpath("kept")
+STORED = resources.files("ftac_gym.baselines.synthesis").joinpath("stored")
 WHEELS = WheelArray(PYRAMID, 0.2)
 SMALL = Spacecraft(INERTIA, WHEELS, True, random_appendages(1, 3))
 RIGID = Spacecraft(INERTIA, WHEELS, True)
 NEEDS_SOLVER = pytest.mark.skipif(importlib.util.find_spec("cvxpy") is None, reason="needs CVXPY")
-KEPT_FOR = pytest.mark.parametrize("name", ["li_2023", "flexible"])
+STORED_FOR = pytest.mark.parametrize("name", ["li_2023", "flexible"])
 
 
 @pytest.fixture
@@ -41,13 +39,13 @@ def no_solver(monkeypatch):
     synthesis.solved.cache_clear()
 
 
-def kept(name):
-    return json.loads(KEPT.joinpath(f"{name}.json").read_text())
+def stored(name):
+    return json.loads(STORED.joinpath(f"{name}.json").read_text())
 
 
-@KEPT_FOR
-def test_kept_gains_need_no_solver(name, no_solver):
-    spacecraft, data = scenarios.get(name).spacecraft, kept(name)
+@STORED_FOR
+def test_stored_gains_need_no_solver(name, no_solver):
+    spacecraft, data = scenarios.get(name).spacecraft, stored(name)
     found = synthesis.gains(spacecraft, "solved")
     assert found is synthesis.gains(spacecraft, "solved")
     assert np.array_equal(found.observer.fault, data["observer"]["fault"])
@@ -56,9 +54,9 @@ def test_kept_gains_need_no_solver(name, no_solver):
 
 
 @NEEDS_SOLVER
-@KEPT_FOR
-def test_kept_gains_are_worth_what_they_are_said_to(name):
-    spacecraft, data = scenarios.get(name).spacecraft, kept(name)
+@STORED_FOR
+def test_stored_gains_have_their_stated_levels(name):
+    spacecraft, data = scenarios.get(name).spacecraft, stored(name)
     model, gains, wheels = TakagiSugenoModel(spacecraft), synthesis.solved(spacecraft), spacecraft.wheels
     observer = synthesis.certify_observer(model, gains.observer, synthesis.Disc(*data["observer_disc"]))
     assert observer.holds
@@ -70,7 +68,7 @@ def test_kept_gains_are_worth_what_they_are_said_to(name):
     assert controller.certificate.gamma == pytest.approx(data["gamma_2"], rel=2e-4)
 
 
-def test_what_is_kept_is_for_equal_numbers_alone(no_solver):
+def test_stored_designs_are_for_equal_numbers_alone(no_solver):
     with pytest.raises(ImportError, match=r"ftac-gym\[lmi\]"):
         synthesis.solved(li_spacecraft(0.83674))
     limited = replace(li_spacecraft(), wheels=WheelArray(np.eye(3), torque_limit=1.0))
@@ -172,12 +170,12 @@ def test_script_keeps_what_it_solves(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(script.scenarios, "get", lambda name: {"small": small}[name])
     monkeypatch.setattr(script.synthesis, "__file__", str(tmp_path / "__init__.py"))
     script.main(script.Config(scenario="small", centre=-12.0, radius=12.0, store=True))
-    shown, data = capsys.readouterr().out, json.loads((tmp_path / "kept" / "small.json").read_text())
+    shown, data = capsys.readouterr().out, json.loads((tmp_path / "stored" / "small.json").read_text())
     assert shown.count("proved: True") == 2
     assert f"gamma_1 = {data['gamma_1']:.4f}" in shown
     assert data["observer_disc"] == [-12.0, 12.0]
     certified = synthesis.certify_observer(
-        TakagiSugenoModel(SMALL), observer_from(data["observer"]), synthesis.Disc(-12.0, 12.0)
+        TakagiSugenoModel(SMALL), synthesis.ObserverGains(**data["observer"]), synthesis.Disc(-12.0, 12.0)
     )
     assert certified.holds
     assert certified.gamma == pytest.approx(data["gamma_1"], abs=2e-4)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ftac_gym.baselines.components.takagi_sugeno import TakagiSugenoModel
 from ftac_gym.baselines.synthesis.certificate import SLACK, Certificate, certificate
-from ftac_gym.baselines.synthesis.gains import (
+from ftac_gym.baselines.synthesis.gain_matrices import (
     ObserverGains,
     default_fault_proportional,
     default_vibration_proportional,
@@ -27,14 +27,14 @@ LEVEL, REGION = "the H-infinity level (23)", "the pole disc (24)"
 
 @dataclass(frozen=True, eq=False)
 class ObserverDesign:
-    """Gains, and what they are worth."""
+    """Gains with their certificate."""
 
     gains: ObserverGains
     certificate: Certificate
 
 
 def error_dynamics(model: TakagiSugenoModel, gains: ObserverGains, fault_axes: FloatArray | None = None) -> FloatArray:
-    """Return M^-1 (A_i - K_i C) (8, n, n) of Eq. (19): how the errors of w, f and varpi go on."""
+    """Return M^-1 (A_i - K_i C) (8, n, n) of Eq. (19), the dynamics of the errors of w, f and varpi."""
     mixing, state, _ = _augmented(model, gains.fault_proportional, gains.vibration_proportional, fault_axes)
     injected = np.concatenate([gains.rate, gains.fault, gains.vibration], axis=1)
     state[:, :, :3] -= injected
@@ -43,7 +43,7 @@ def error_dynamics(model: TakagiSugenoModel, gains: ObserverGains, fault_axes: F
 
 
 def error_inputs(model: TakagiSugenoModel, gains: ObserverGains, fault_axes: FloatArray | None = None) -> FloatArray:
-    """Return M^-1 B_d (n, 3 + p) of Eq. (19): what the disturbance d_1 [N m] and f' [N m/s] do to these errors."""
+    """Return M^-1 B_d (n, 3 + p) of Eq. (19), the inputs d_1 [N m] and f' [N m/s] of these errors."""
     mixing, _, inputs = _augmented(model, gains.fault_proportional, gains.vibration_proportional, fault_axes)
     driven: FloatArray = np.linalg.solve(mixing, inputs).astype(np.float64)
     return driven
@@ -77,11 +77,11 @@ def scale_of(model: TakagiSugenoModel, faults: int = 3) -> FloatArray:
 
 
 def check_observable(model: TakagiSugenoModel, fault_axes: FloatArray | None = None) -> None:
-    """Raise a ValueError unless the measured rate tells faults along axes (3, p), and the vibration.
+    """Raise a ValueError unless faults along axes (3, p) and the vibration are observable from the measured rate.
 
-    The test is that of Popov, Belevitch and Hautus. With more wheels than three the faults of single wheels cannot be
-    told apart; their torque on the body can. A mode that no turn moves, or that moves the body as another one of the
-    same frequency and damping does, cannot be seen either.
+    The test is that of Popov, Belevitch and Hautus. With more than three wheels the faults of single wheels are not
+    observable; their torque on the body is. A mode is not observable without coupling to the body, or with the coupling
+    of another mode of the same frequency and damping.
     """
     faults = 3 if fault_axes is None else fault_axes.shape[1]
     nothing = np.zeros((faults, 3)), np.zeros((2 * model.modes, 3))
@@ -93,7 +93,7 @@ def check_observable(model: TakagiSugenoModel, fault_axes: FloatArray | None = N
             rank = int(np.linalg.matrix_rank(np.concatenate([pole * np.eye(size) - rule, np.eye(3, size)]), tol=1e-7))
             if rank < size:
                 why = f"must be observable: the rank at the pole {pole:.3g} is {rank} of {size}"
-                # A fault is an integrator; what oscillates is an appendage.
+                # A fault is an integrator; oscillating modes are those of appendages.
                 slow = abs(pole) < 1e-6
                 raise ValueError(f"{'fault_axes' if slow else 'appendages'} {why}, got {faults} axes of faults")
 
@@ -116,10 +116,10 @@ def design_observer(
     model
         The fuzzy model.
     disc
-        Where all poles shall lie; None leaves (24) out, and the gains without bounds.
+        Region for all poles; None leaves (24) out, and the gains without bounds.
     gamma
-        Level from (d_1, f') to the errors; None takes the smallest that can be had. It is never below 1: a constant d_1
-        is a fault to the observer.
+        Level from (d_1, f') to the errors; None takes the smallest possible. It is never below 1: the observer cannot
+        distinguish a constant d_1 from a fault.
     fault_axes
         (3, p) axes of the faults; None for torques about the body axes.
     fault_proportional, vibration_proportional
@@ -128,7 +128,7 @@ def design_observer(
     Raises
     ------
     ValueError
-        If the faults cannot be observed, or there is no solution: the message says which constraint is to blame.
+        If the faults are not observable, or there is no solution: the message names the constraint that excludes one.
     ImportError
         Without CVXPY.
     """
@@ -154,15 +154,15 @@ def design_observer(
     gains = ObserverGains(whole[:, :3], whole[:, 3:last], whole[:, last:], fault, vibration)
     closed[:, :, :3] -= injected
     proof = certificate(closed, np.tile(driven, (8, 1, 1)), lyapunov, disc, scale)
-    kept = proof.holds and (gamma is None or proof.gamma <= gamma * (1.0 + SLACK))
-    require(kept, "solution", "must hold what the solver promised; gamma and contraction", _worth(proof))
+    proved = proof.holds and (gamma is None or proof.gamma <= gamma * (1.0 + SLACK))
+    require(proved, "solution", "must be proved as the solver found it; gamma and contraction", _summary(proof))
     return ObserverDesign(gains, proof)
 
 
 def certify_observer(
     model: TakagiSugenoModel, gains: ObserverGains, disc: Disc | None = DISC, fault_axes: FloatArray | None = None
 ) -> Certificate:
-    """Certify given gains: the smallest level that one P proves for them together with the disc, if there is one."""
+    """Certify given gains: the smallest level that one P proves together with the disc, if one exists."""
     closed, driven = error_dynamics(model, gains, fault_axes), error_inputs(model, gains, fault_axes)
     scale = scale_of(model, len(gains.fault_proportional))
     found = _solve(closed, driven, scale, disc, None, fixed=True)
@@ -170,7 +170,7 @@ def certify_observer(
     return certificate(closed, np.tile(driven, (8, 1, 1)), lyapunov, disc, scale)
 
 
-def _worth(proof: Certificate) -> tuple[float, float]:
+def _summary(proof: Certificate) -> tuple[float, float]:
     return round(proof.gamma, 4), round(float(proof.contraction.max()), 4)
 
 
@@ -184,9 +184,9 @@ def _problem(
     level = module.Variable() if gamma is None else module.Constant(gamma**2)
     injected = [np.zeros((size, 3)) if fixed else module.Variable((size, 3)) for _ in state]
     groups: dict[str, list[Any]] = {LEVEL: [matrix >> 0]}
-    seen = np.eye(3, size) * scale[0]
+    output = np.eye(3, size) * scale[0]
     for own, gain in zip(state, injected, strict=True):
-        moved = matrix @ own - gain @ seen
+        moved = matrix @ own - gain @ output
         pushed = matrix @ inputs
         block = module.bmat(
             [[moved + 0.5 * weight, pushed], [np.zeros(pushed.shape[::-1]), -0.5 * level * np.eye(pushed.shape[1])]]

@@ -1,8 +1,7 @@
-"""Gains that the matrix inequalities of Li et al. 2023 give, one matrix per rule of the fuzzy model."""
+"""Gains of observer and controller of Li et al. 2023: one matrix per rule of the fuzzy model."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any, Self
 
@@ -23,7 +22,7 @@ class _PerRule:
     """Gains with one matrix per rule."""
 
     def mean(self) -> Self:
-        """Return gains that are the mean of those of all rules, whichever of them fires."""
+        """Return gains with the mean over all rules at every rule."""
         parts = {item.name: getattr(self, item.name) for item in fields(self)}  # type: ignore[arg-type]
         # Three axes: one matrix per rule.
         return replace(
@@ -38,7 +37,7 @@ class _PerRule:
 
 @dataclass(frozen=True, eq=False)
 class ObserverGains(_PerRule):
-    """Gains of the observer (16), (17) for a craft with k modes and faults along p axes, three for torques on the body.
+    """Gains of the observer (16), (17) for k modes and faults along p axes, three for torques on the body.
 
     Parameters
     ----------
@@ -101,21 +100,11 @@ class ControllerGains(_PerRule):
         object.__setattr__(self, "feedback", _checked(self.feedback, (RULES, 3, 3), "feedback"))
 
 
-def observer_from(data: Mapping[str, Any]) -> ObserverGains:
-    """Rebuild what :meth:`ObserverGains.to_dict` made."""
-    return ObserverGains(**data)
-
-
-def controller_from(data: Mapping[str, Any]) -> ControllerGains:
-    """Rebuild what :meth:`ControllerGains.to_dict` made."""
-    return ControllerGains(**data)
-
-
 def default_fault_proportional() -> FloatArray:
     """Return theta_1 F_2 = 20 diag(2, 1, 1) (Eq. (68); printed with a triangular pattern)."""
     return 20.0 * np.diag([2.0, 1.0, 1.0])
 
 
 def default_vibration_proportional(modes: int) -> FloatArray:
-    """Return theta_2 G_2 (2k, 3): 20 times the rows of the identity, over and over (Eq. (68))."""
+    """Return theta_2 G_2 (2k, 3): 20 times the rows of the identity, repeated (Eq. (68))."""
     return 20.0 * np.eye(3)[np.arange(2 * modes) % 3]

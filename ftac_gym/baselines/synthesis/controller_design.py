@@ -10,13 +10,13 @@ import numpy as np
 
 from ftac_gym.baselines.components.takagi_sugeno import TakagiSugenoModel
 from ftac_gym.baselines.synthesis.certificate import SLACK, Certificate, certificate
-from ftac_gym.baselines.synthesis.gains import ControllerGains
+from ftac_gym.baselines.synthesis.gain_matrices import ControllerGains
 from ftac_gym.baselines.synthesis.regions import Disc
 from ftac_gym.baselines.synthesis.solver import cvxpy, minimised, negative, unsolvable
 from ftac_gym.utils.parameters import FloatArray, positive, require
 
 DISC = Disc(-20.0, 20.0)
-"""The region of the appendix, whose centre is printed without its sign: in the right half plane nothing is stable."""
+"""The region of the appendix, whose centre is printed without its sign: the right half plane is unstable."""
 
 STATE_BOUND = 0.1
 """mu [rad/s]."""
@@ -30,7 +30,7 @@ STATE, TORQUE = "the bound on s(0) (43)", "the bound on the virtual torque (44)"
 
 @dataclass(frozen=True, eq=False)
 class ControllerProof:
-    """What feedback gains are worth.
+    """Certificate of feedback gains.
 
     Attributes
     ----------
@@ -47,14 +47,14 @@ class ControllerProof:
     torque_bound: float
 
     def holds(self, state_bound: float, torque_bound: float) -> bool:
-        """Whether level and disc are proved, and these two bounds too."""
+        """Return whether level and disc are proved, and these two bounds too."""
         wide = self.state_bound >= state_bound * (1.0 - SLACK) and self.torque_bound <= torque_bound * (1.0 + SLACK)
         return self.certificate.holds and wide
 
 
 @dataclass(frozen=True, eq=False)
 class ControllerDesign:
-    """Gains, and what they are worth."""
+    """Gains with their certificate."""
 
     gains: ControllerGains
     proof: ControllerProof
@@ -74,18 +74,18 @@ def design_controller(
     model
         The fuzzy model.
     disc
-        Where the poles of A_i + B K_i shall lie; None for anywhere.
+        Region for the poles of A_i + B K_i; None for no region.
     gamma
-        Level from the disturbances of s' to s; None takes the smallest that can be had.
+        Level from the disturbances of s' to s; None takes the smallest possible.
     state_bound
-        mu: |s(0)| that the bound on the torque holds from [rad/s].
+        mu: largest |s(0)| for which the bound on the torque holds [rad/s].
     torque_bound
         varsigma: bound on |K_i s| [N m].
 
     Raises
     ------
     ValueError
-        If there is no solution: the message says which constraint is to blame.
+        If there is no solution: the message names the constraint that excludes one.
     ImportError
         Without CVXPY.
     """
@@ -100,9 +100,9 @@ def design_controller(
     gains = ControllerGains(unit * np.array([np.linalg.solve(weight, part.value.T).T for part in moved]))
     proof = _proof(model, gains, np.linalg.inv(weight) / state_bound**2, disc)
     worth = round(proof.certificate.gamma, 4), round(proof.state_bound, 5), round(proof.torque_bound, 4)
-    rule = "must hold what the solver promised; gamma, bounds on s(0) and on the torque"
-    kept = gamma is None or proof.certificate.gamma <= gamma * (1.0 + SLACK)
-    require(kept and proof.holds(state_bound, torque_bound), "solution", rule, worth)
+    rule = "must be proved as the solver found it; gamma, bounds on s(0) and on the torque"
+    level_proved = gamma is None or proof.certificate.gamma <= gamma * (1.0 + SLACK)
+    require(level_proved and proof.holds(state_bound, torque_bound), "solution", rule, worth)
     return ControllerDesign(gains, proof)
 
 
@@ -113,7 +113,7 @@ def certify_controller(
     state_bound: float = STATE_BOUND,
     torque_bound: float = TORQUE_BOUND,
 ) -> ControllerProof:
-    """Certify given gains: the smallest level that one P proves for them together with the rest, if there is one."""
+    """Certify given gains: the smallest level that one P proves together with the other bounds, if one exists."""
     level, groups, matrix, _ = _problem(model, disc, None, state_bound, torque_bound, gains.feedback)
     solvable = minimised(level, groups)
     lyapunov = np.linalg.inv(np.asarray(matrix.value)) / state_bound**2 if solvable else -np.eye(3)
@@ -121,7 +121,7 @@ def certify_controller(
 
 
 def _inputs(model: TakagiSugenoModel) -> FloatArray:
-    """Return the matrices (8, 3, 6 + 2k) that errors of f, of vibration, and d_1 come in by."""
+    """Return the input matrices (8, 3, 6 + 2k) of the errors of f, of the vibration, and of d_1."""
     torque = np.tile(model.input, (8, 1, 1))
     return np.concatenate([torque, model.vibration_input, torque], axis=2)
 
@@ -154,8 +154,8 @@ def _problem(
 ) -> tuple[Any, dict[str, list[Any]], Any, list[Any]]:
     """Return the square of a multiple of the level, constraints by name, X / mu^2 and Y_i / (mu varsigma).
 
-    These are the unknowns for s in units of mu and torques in units of varsigma, and disturbances are in such ones that
-    their matrix is about one: without, the solver calls problems infeasible that are not. Given feedback, Y_i = K_i X.
+    In these unknowns s has the unit mu, torques the unit varsigma, and the matrix of the disturbances is about one.
+    Without this scaling the solver reports feasible problems as infeasible. Given feedback, Y_i = K_i X.
     """
     module = cvxpy()
     push, unit = _push(model), torque_bound / state_bound

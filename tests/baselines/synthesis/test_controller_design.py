@@ -163,7 +163,7 @@ def test_level_that_cannot_be_had_is_refused_with_the_one_that_can():
 
 
 def test_promise_of_a_sloppy_solver_is_not_believed(monkeypatch, designed):
-    """What is said of gains is what they are worth, not what the solver calls optimal."""
+    """The level of a design is its certificate, not the optimum of the solver."""
     solve, least = cvxpy.Problem.solve, designed.proof.certificate.gamma
     sloppy = {"tol_gap_abs": 0.01, "tol_gap_rel": 0.01, "tol_feas": 0.01}
     monkeypatch.setattr(cvxpy.Problem, "solve", lambda problem, **options: solve(problem, **options, **sloppy))
