@@ -103,7 +103,7 @@ def test_agrees_for_other_numbers_of_modes(monkeypatch, modes):
         whole.rate, whole.fault, 0.1 * rng.normal(size=(8, 2 * modes, 3)), whole.fault_proportional,
         0.1 * rng.normal(size=(2 * modes, 3)),
     )  # fmt: skip
-    both = synthesis.Gains(gains, synthesis.published().controller)
+    both = synthesis.DesignGains(gains, synthesis.published().controller)
     monkeypatch.setattr(synthesis, "gains", lambda spacecraft, design: both)
     scenario = LI.replace(spacecraft=craft)
     rates, commands = flight(scenario, 40, 1, 1, 0.1)
@@ -412,7 +412,7 @@ def two_modes():
     [
         (rigid, {}, "appendages must be given"),
         (rigid, {"design": "published"}, "appendages must be given"),
-        (two_modes, {"design": "published"}, "design must be 'solved' for a craft with 2 modes"),
+        (two_modes, {"design": "published"}, "design must be 'solved' for a spacecraft with 2 modes"),
         (lambda: FLEXIBLE, {"design": "published"}, "design must leave a stable error; the slowest pole is"),
         (lambda: LI, {"design": "printed"}, "design must be one of"),
         (lambda: LI, {"torque_bound": 0.0}, "torque_bound must be positive"),
