@@ -1,7 +1,7 @@
 """Gymnasium environments for learning-based fault-tolerant attitude control of spacecraft.
 
-Importing the package registers the environment ids; everything that needs the compiler or PyTorch is imported when it
-is first used.
+Importing the package registers the environment ids. Modules that need the compiler or PyTorch are imported when they
+are first used.
 """
 
 from __future__ import annotations
@@ -14,10 +14,7 @@ import gymnasium as gym
 if TYPE_CHECKING:
     from ftac_gym import baselines, evaluation, faults, scenarios, wrappers
     from ftac_gym.dynamics import Simulator
-    from ftac_gym.task.episodes import Episodes
-    from ftac_gym.task.initial_state import InitialState
-    from ftac_gym.task.measurement import Measurement
-    from ftac_gym.task.scenario import Scenario
+    from ftac_gym.task import Episodes, InitialState, Measurement, Scenario
 
 __version__ = "0.1.0"
 
@@ -34,44 +31,36 @@ __all__ = [
     "wrappers",
 ]
 
-_HOMES = {
-    "Episodes": "ftac_gym.task.episodes",
-    "InitialState": "ftac_gym.task.initial_state",
-    "Measurement": "ftac_gym.task.measurement",
-    "Scenario": "ftac_gym.task.scenario",
-    "Simulator": "ftac_gym.dynamics",
+_IDS = {
+    "SpacecraftFTC-v0": "flagship",
+    "SpacecraftFTCTracking-v0": "flagship_tracking",
+    "SpacecraftFTCFlexible-v0": "flexible",
+    "SpacecraftFTCZhangZhou2019-v0": "zhang_zhou_2019",
+    "SpacecraftFTCCao2022-v0": "cao_2022",
+    "SpacecraftFTCLi2023-v0": "li_2023",
+    "SpacecraftFTCMa2023-v0": "ma_2023_faulty",
+    "SpacecraftFTCChen2018-v0": "chen_2018",
 }
-_MODULES = ("baselines", "evaluation", "faults", "scenarios", "wrappers")
+"""Environment ids with their scenarios."""
+
+for _id, _scenario in _IDS.items():
+    gym.register(
+        id=_id,
+        entry_point="ftac_gym.envs:SpacecraftFTCEnv",
+        vector_entry_point="ftac_gym.envs:SpacecraftFTCVectorEnv",
+        kwargs={"default_scenario": _scenario},
+    )
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name when it is first asked for."""
-    if name in _HOMES:
-        return getattr(import_module(_HOMES[name]), name)
-    if name in _MODULES:
+    """Import a public name when it is first used."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name[0].islower():
         return import_module(f"ftac_gym.{name}")
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module("ftac_gym.dynamics" if name == "Simulator" else "ftac_gym.task"), name)
 
 
 def __dir__() -> list[str]:
     """List the public names."""
     return sorted([*globals(), *__all__])
-
-
-def _register(environment_id: str, scenario: str) -> None:
-    gym.register(
-        id=environment_id,
-        entry_point="ftac_gym.envs:SpacecraftFTCEnv",
-        vector_entry_point="ftac_gym.envs:SpacecraftFTCVectorEnv",
-        kwargs={"default_scenario": scenario},
-    )
-
-
-_register("SpacecraftFTC-v0", "flagship")
-_register("SpacecraftFTCTracking-v0", "flagship_tracking")
-_register("SpacecraftFTCFlexible-v0", "flexible")
-_register("SpacecraftFTCZhangZhou2019-v0", "zhang_zhou_2019")
-_register("SpacecraftFTCCao2022-v0", "cao_2022")
-_register("SpacecraftFTCLi2023-v0", "li_2023")
-_register("SpacecraftFTCMa2023-v0", "ma_2023_faulty")
-_register("SpacecraftFTCChen2018-v0", "chen_2018")

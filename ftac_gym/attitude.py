@@ -4,7 +4,7 @@ Conventions, used by every function here:
 
 * Quaternions ``q = [q0, q1, q2, q3]`` are scalar first, shape ``(..., 4)``, with the Hamilton product. An attitude
   quaternion has unit norm and gives the body relative to the inertial frame: ``q' = 1/2 q (x) [0, w]`` with ``w`` the
-  body rate in body axes [rad/s]. Unit norm is assumed and not checked; see `quaternion_normalize`.
+  body rate in body axes [rad/s]. Unit norm is assumed and not checked; see :func:`quaternion_normalize`.
 * ``C(q)`` maps reference (inertial) components to body components: ``v_body = C(q) v_inertial``.
 * MRPs ``sigma = q_v / (1 + q0)`` have shape ``(..., 3)``. The short branch is ``|sigma| <= 1`` (rotation <= pi).
 * Error: ``q_e = conj(q_d) (x) q``, hence ``w_e = w - C(q_e) w_d`` with ``w_d`` in the axes of the reference frame.
@@ -32,11 +32,6 @@ def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
     return product
 
 
-def _join(scalar: FloatArray, vector: FloatArray) -> FloatArray:
-    """Return the quaternion with the given scalar part ``(..., 1)`` and vector part ``(..., 3)``."""
-    return np.concatenate((scalar, vector), axis=-1)
-
-
 def _outer(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return ``a b^T``, shape ``(..., 3, 3)``."""
     product: FloatArray = a[..., :, None] * b[..., None, :]
@@ -62,7 +57,7 @@ def skew(v: FloatArray) -> FloatArray:
 def quaternion_product(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return the Hamilton product ``a (x) b`` of quaternions ``(..., 4)`` of any norm."""
     a0, av, b0, bv = a[..., :1], a[..., 1:], b[..., :1], b[..., 1:]
-    return _join(a0 * b0 - _dot(av, bv), a0 * bv + b0 * av + cross(av, bv))
+    return np.concatenate((a0 * b0 - _dot(av, bv), a0 * bv + b0 * av + cross(av, bv)), axis=-1)
 
 
 def quaternion_conjugate(q: FloatArray) -> FloatArray:
@@ -97,17 +92,10 @@ def canonical(q: FloatArray) -> FloatArray:
 
 
 def quaternion_error(attitude: FloatArray, reference: FloatArray) -> FloatArray:
-    """Return the attitude relative to the reference, ``q_e = conj(q_d) (x) q``, with ``q0 >= 0``.
+    """Return the attitude relative to the reference, ``q_e = conj(q_d) (x) q``, shape ``(..., 4)``, with ``q0 >= 0``.
 
-    Parameters
-    ----------
-    attitude, reference : FloatArray, shape (..., 4)
-        Unit quaternions ``q`` of the body and ``q_d`` of the reference frame, relative to the same inertial frame.
-
-    Returns
-    -------
-    FloatArray, shape (..., 4)
-        ``C(q_e)`` maps reference-frame components to body components.
+    ``q`` of the body and ``q_d`` of the reference frame, shape ``(..., 4)``, are relative to the same inertial frame.
+    ``C(q_e)`` maps reference-frame components to body components.
     """
     return canonical(quaternion_product(quaternion_conjugate(reference), attitude))
 
@@ -136,14 +124,8 @@ def rotation_matrix(q: FloatArray) -> FloatArray:
 def quaternion_from_rotation_matrix(matrix: FloatArray) -> FloatArray:
     """Return the unit quaternion, ``q0 >= 0``, of a rotation matrix; accurate for every angle (Shepperd's method).
 
-    Parameters
-    ----------
-    matrix : FloatArray, shape (..., 3, 3)
-        ``C`` with ``v_body = C v_inertial``. Assumed orthonormal with determinant +1; not checked.
-
-    Returns
-    -------
-    FloatArray, shape (..., 4)
+    The matrix ``C``, shape ``(..., 3, 3)``, has ``v_body = C v_inertial``. It is assumed to be orthonormal with
+    determinant +1, which is not checked. The quaternion has the shape ``(..., 4)``.
 
     Raises
     ------
@@ -165,28 +147,23 @@ def quaternion_from_rotation_matrix(matrix: FloatArray) -> FloatArray:
 
 
 def quaternion_derivative(q: FloatArray, w: FloatArray) -> FloatArray:
-    """Return ``q' = 1/2 q (x) [0, w]`` [1/s], shape ``(..., 4)``.
+    """Return ``q' = 1/2 q (x) [0, w]`` [1/s], shape ``(..., 4)``, for ``q`` of shape ``(..., 4)``.
 
-    Parameters
-    ----------
-    q : FloatArray, shape (..., 4)
-    w : FloatArray, shape (..., 3)
-        Angular velocity of the body relative to the inertial frame, in body axes [rad/s].
+    The angular velocity ``w``, shape ``(..., 3)``, is that of the body relative to the inertial frame, in body axes
+    [rad/s].
     """
     axis, half_rate = q[..., 1:], 0.5 * w
-    return _join(-_dot(axis, half_rate), q[..., :1] * half_rate + cross(axis, half_rate))
+    return np.concatenate((-_dot(axis, half_rate), q[..., :1] * half_rate + cross(axis, half_rate)), axis=-1)
 
 
 def quaternion_from_rotation_vector(phi: FloatArray) -> FloatArray:
     """Return the quaternion ``[cos(|phi|/2), sin(|phi|/2) phi/|phi|]``, shape ``(..., 4)``; exact at and near zero.
 
-    Parameters
-    ----------
-    phi : FloatArray, shape (..., 3)
-        Rotation of the body [rad], axis times angle. Beyond ``|phi| = pi`` the scalar part is negative.
+    The rotation of the body ``phi``, shape ``(..., 3)``, is axis times angle [rad]. Beyond ``|phi| = pi`` the scalar
+    part is negative.
     """
     half_angle = 0.5 * np.sqrt(_dot(phi, phi))
-    return _join(np.cos(half_angle), 0.5 * np.sinc(half_angle / np.pi) * phi)
+    return np.concatenate((np.cos(half_angle), 0.5 * np.sinc(half_angle / np.pi) * phi), axis=-1)
 
 
 def rotation_vector_from_quaternion(q: FloatArray) -> FloatArray:
@@ -216,7 +193,7 @@ def quaternion_from_mrp(sigma: FloatArray) -> FloatArray:
     """Return the quaternion ``(..., 4)`` with ``sigma = q_v / (1 + q0)``; ``q0 < 0`` if and only if ``|sigma| > 1``."""
     squared = _dot(sigma, sigma)
     scale = 1.0 / (1.0 + squared)
-    return _join((1.0 - squared) * scale, (2.0 * scale) * sigma)
+    return np.concatenate(((1.0 - squared) * scale, (2.0 * scale) * sigma), axis=-1)
 
 
 def mrp_shadow(sigma: FloatArray) -> FloatArray:
@@ -265,12 +242,10 @@ def mrp_derivative(sigma: FloatArray, w: FloatArray) -> FloatArray:
 
 
 def mrp_curvature(sigma: FloatArray, sigma_dot: FloatArray, w: FloatArray) -> FloatArray:
-    """Return ``G' w`` [1/s^2], shape ``(..., 3)``: what turning adds to ``sigma'' = G' w + G w'``.
+    """Return ``G' w`` [1/s^2], shape ``(..., 3)``, the part of ``sigma'' = G' w + G w'`` at constant rate.
 
-    Parameters
-    ----------
-    sigma, sigma_dot, w : FloatArray, shape (..., 3)
-        MRP of the body, its derivative [1/s], and the body rate, body axes [rad/s].
+    The arguments, shape ``(..., 3)``, are the MRP of the body, its derivative [1/s], and the body rate, body axes
+    [rad/s].
     """
     along = _dot(sigma, w) * sigma_dot + _dot(sigma_dot, w) * sigma - _dot(sigma, sigma_dot) * w
     return 0.5 * (cross(sigma_dot, w) + along)
@@ -285,10 +260,7 @@ def angular_velocity_from_mrp(sigma: FloatArray, sigma_dot: FloatArray) -> Float
 def angular_acceleration_from_mrp(sigma: FloatArray, sigma_dot: FloatArray, sigma_ddot: FloatArray) -> FloatArray:
     """Return ``w' = G^-1 (sigma'' - G' w)``, body axes [rad/s^2], shape ``(..., 3)``; exact.
 
-    Parameters
-    ----------
-    sigma, sigma_dot, sigma_ddot : FloatArray, shape (..., 3)
-        MRP of the body [-], and its first [1/s] and second [1/s^2] time derivatives.
+    The arguments, shape ``(..., 3)``, are the MRP of the body, its first [1/s] and its second [1/s^2] derivative.
     """
     w = angular_velocity_from_mrp(sigma, sigma_dot)
     return angular_velocity_from_mrp(sigma, sigma_ddot - mrp_curvature(sigma, sigma_dot, w))
@@ -297,10 +269,7 @@ def angular_acceleration_from_mrp(sigma: FloatArray, sigma_dot: FloatArray, sigm
 def mrp_error(attitude_mrp: FloatArray, reference_mrp: FloatArray) -> FloatArray:
     """Return the short-branch MRP of ``q_e = conj(q_d) (x) q``, shape ``(..., 3)``; no singularity on any branch.
 
-    Parameters
-    ----------
-    attitude_mrp, reference_mrp : FloatArray, shape (..., 3)
-        MRPs, short or shadow, of the body and of the reference frame, relative to the same inertial frame.
+    The MRPs of body and reference frame, shape ``(..., 3)``, short or shadow, are relative to the same inertial frame.
     """
     attitude_squared, reference_squared = _dot(attitude_mrp, attitude_mrp), _dot(reference_mrp, reference_mrp)
     a, r = 1.0 - attitude_squared, 1.0 - reference_squared

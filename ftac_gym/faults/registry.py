@@ -4,42 +4,21 @@ from __future__ import annotations
 
 from typing import Any, TypeVar
 
+from ftac_gym.faults import sensor_faults, wheel_faults
 from ftac_gym.faults.fault import Fault, SensorFault, WheelFault
-from ftac_gym.faults.sensor_faults import AttitudeSpike, GyroBiasStep, StarTrackerOutage
 from ftac_gym.faults.table import FIRST_CUSTOM_KIND, CustomKind, FaultKind
-from ftac_gym.faults.wheel_faults import (
-    Bias,
-    CommandDelay,
-    DriftingEffectiveness,
-    FrictionRise,
-    HardOver,
-    IntermittentShutdown,
-    LockInPlace,
-    LossOfEffectiveness,
-    Outage,
-    Seizure,
-)
 from ftac_gym.utils.parameters import require
 from ftac_gym.utils.serialization import classes, required_fields, same_definition, serializable
 
 F = TypeVar("F", bound=Fault)
 
-KINDS: tuple[type[Fault], ...] = (
-    LossOfEffectiveness,
-    DriftingEffectiveness,
-    Bias,
-    Outage,
-    LockInPlace,
-    HardOver,
-    FrictionRise,
-    Seizure,
-    IntermittentShutdown,
-    CommandDelay,
-    GyroBiasStep,
-    StarTrackerOutage,
-    AttitudeSpike,
+KINDS: tuple[type[Fault], ...] = tuple(
+    entry
+    for module in (wheel_faults, sensor_faults)
+    for entry in vars(module).values()
+    if isinstance(entry, type) and issubclass(entry, Fault) and entry.__module__ == module.__name__
 )
-"""All fault kinds of this package; :func:`registered` has custom ones too."""
+"""All fault kinds of this package, in the order of their definition; :func:`registered` has custom ones too."""
 
 
 def register(kind: type[F]) -> type[F]:

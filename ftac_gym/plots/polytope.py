@@ -12,8 +12,8 @@ from ftac_gym.attitude import cross
 from ftac_gym.evaluation.metrics import Rollout
 from ftac_gym.faults.description import acting_faults
 from ftac_gym.plots.recording import true_effect
+from ftac_gym.spacecraft.envelope import Envelope, Load, envelope_normals
 from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.task.feasibility import Envelope, envelope_normals
 from ftac_gym.utils.directions import across
 from ftac_gym.utils.parameters import FloatArray, require, vector
 
@@ -83,7 +83,7 @@ def torque_polytope(
     reach = np.where(shares > 0.0, shares * np.where(np.isfinite(limits), limits, 0.0), 0.0)
     centre = axes @ offsets
     faces = zonotope_faces(centre, axes.T * reach[:, None])
-    free, _ = Envelope(axes).room(centre[None], np.zeros((1, 3)), reach[None])
+    free, _ = Envelope(axes).room(Load(centre[None]), reach[None])
     normals = envelope_normals(axes)
     spans = int(np.linalg.matrix_rank(axes[:, reach > 0.0])) == 3 if (reach > 0.0).any() else False
     worst = normals[int(np.argmin(free[0]))] if len(normals) else across(axes[:, 0])

@@ -1,7 +1,8 @@
 """Common ways to mount reaction wheels, as matrices D of wheel axes.
 
 Each function returns D, 3 x m: column j is the unit axis of wheel j in body axes. How large a torque every layout gives
-in its weakest direction, before and after the loss of a wheel, follows from `feasibility.envelope_normals`;
+in its weakest direction, before and after the loss of a wheel, follows from
+:func:`~ftac_gym.spacecraft.envelope.envelope_normals`;
 in units of the torque of one wheel:
 
 =========================  =======  ================

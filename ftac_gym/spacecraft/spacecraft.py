@@ -31,8 +31,8 @@ class Spacecraft:
     Raises
     ------
     ValueError
-        If the inertia is not symmetric or not positive definite. Also if its principal moments break the triangle
-        inequality (the largest may not exceed the sum of the others), or the appendages carry more inertia than there
+        If the inertia is not symmetric or not positive definite. If its principal moments break the triangle
+        inequality: the largest may not exceed the sum of the others. If the appendages carry more inertia than there
         is.
     """
 

@@ -1,4 +1,4 @@
-"""Drawn episodes: all the numbers that make one replayable."""
+"""Drawn episodes, with all the numbers that a replay needs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Selection = int | slice | npt.NDArray[Any]
 class Episodes:
     """The drawn numbers of N episodes, one array per concept with the episode on the first axis.
 
-    Episode ``k`` of seed ``s`` is the same whatever policy runs, on one craft or on a thousand.
+    Episode ``k`` of seed ``s`` is the same for every policy, on one spacecraft or on a thousand.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Episodes:
     feasible
         (N,) whether the remaining wheels can do the task; see :mod:`ftac_gym.task.feasibility`.
     modes
-        MODE records (N, k) of the vibration modes; k = 0 for rigid craft.
+        MODE records (N, k) of the vibration modes; k = 0 for rigid spacecraft.
     """
 
     scenario_json: str
@@ -74,7 +74,7 @@ class Episodes:
     modes: RecordArray
 
     def __len__(self) -> int:
-        """Number of episodes N."""
+        """Return the number of episodes N."""
         return len(self.index)
 
     def __getitem__(self, selection: Selection) -> Episodes:
@@ -93,27 +93,26 @@ class Episodes:
 
     @property
     def first_onset(self) -> npt.NDArray[np.float64]:
-        """(N,) when the first fault starts [s], infinite if there is none."""
-        wheels, sensors = self.faults, self.sensor_faults
-        first = np.where(wheels["kind"] > 0, wheels["onset"], np.inf).min(axis=(1, 2), initial=np.inf)
-        other = np.where(sensors["kind"] > 0, sensors["onset"], np.inf).min(axis=1, initial=np.inf)
-        earliest: npt.NDArray[np.float64] = np.minimum(first, other)
+        """(N,) onset of the first fault [s], infinite if there is none."""
+        tables = (table.reshape(len(self), -1) for table in (self.faults, self.sensor_faults))
+        onsets = [np.where(table["kind"] > 0, table["onset"], np.inf) for table in tables]
+        earliest: npt.NDArray[np.float64] = np.concatenate(onsets, axis=1).min(axis=1, initial=np.inf)
         return earliest
 
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
-        """All arrays by name, in the order of the fields."""
+        """Return all arrays by name, in the order of the fields."""
         return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "scenario_json"}
 
     def digest(self) -> str:
         """Return the SHA-256 of the scenario and of all numbers, in hexadecimal.
 
-        Numbers count to single precision: the same episodes drawn on another machine, whose sine may differ in the last
-        bit, have the same digest.
+        Numbers count to single precision. The same episodes drawn on another machine, with a sine that differs in the
+        last bit, thus have the same digest.
         """
         state = hashlib.sha256(self.scenario_json.encode())
         for name, array in self.arrays().items():
             if name == "modes" and array.shape[1] == 0:
-                continue  # Rigid craft have the digest that they had before there were others.
+                continue  # Episodes of rigid spacecraft keep the digest from before there were modes.
             state.update(f"{name}{array.shape}{json.dumps(array.dtype.descr)}".encode())
             _hash_numbers(state, array)
         return state.hexdigest()
@@ -125,7 +124,7 @@ class Episodes:
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Episodes:
-        """Read what :meth:`save` wrote.
+        """Read a file of :meth:`save`.
 
         Raises
         ------
@@ -148,6 +147,6 @@ def _hash_numbers(state: hashlib._Hash, array: npt.NDArray[Any]) -> None:
         for name in array.dtype.names:
             _hash_numbers(state, array[name])
     else:
-        with np.errstate(over="ignore"):  # What single precision cannot hold counts as endless.
+        with np.errstate(over="ignore"):  # Numbers beyond single precision count as infinite.
             single = array.astype(np.float32) if array.dtype.kind == "f" else array
         state.update(np.ascontiguousarray(single).tobytes())

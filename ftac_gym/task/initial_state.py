@@ -1,4 +1,4 @@
-"""Where an episode starts."""
+"""Initial state of an episode."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ from ftac_gym.utils.parameters import (
     FloatArray,
     Interval,
     Vector,
-    bounds,
     draw,
     interval,
     non_negative,
+    normalise,
+    optional,
     require,
     uniform_directions,
     unit_quaternion,
@@ -28,10 +29,16 @@ from ftac_gym.utils.serialization import LATER_PART, serializable
 _MODAL = ("modal_displacement", "modal_rate")
 
 
+def _modal(values: Sequence[Interval], name: str) -> tuple[Interval, ...]:
+    """Return one checked interval per mode."""
+    require(isinstance(values, (tuple, list)), name, "must have one entry per mode", values)
+    return tuple(interval(value, f"{name}[{mode}]") for mode, value in enumerate(values))
+
+
 def initial_dtype(wheels: int, modes: int = 0) -> np.dtype[np.void]:
     """Return the record of a start: attitude (4,), rate (3,) [rad/s], wheel_momentum (wheels,) [N m s].
 
-    A flexible craft has modal_displacement (modes,) [kg^1/2 m] and modal_rate (modes,) [kg^1/2 m/s] too.
+    A flexible spacecraft has modal_displacement (modes,) [kg^1/2 m] and modal_rate (modes,) [kg^1/2 m/s] too.
     """
     rigid = [("attitude", "f8", (4,)), ("rate", "f8", (3,)), ("wheel_momentum", "f8", (wheels,))]
     flexible = [("modal_displacement", "f8", (modes,)), ("modal_rate", "f8", (modes,))]
@@ -73,24 +80,13 @@ class InitialState:
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
-        if self.attitude is not None:
-            object.__setattr__(self, "attitude", unit_quaternion(self.attitude, "attitude"))
-        if self.angle is not None:
-            object.__setattr__(self, "angle", interval(self.angle, "angle"))
-            low, high = bounds(self.angle)
-            require(low >= 0.0 and high <= math.pi, "angle", "must stay within [0, pi]", self.angle)
-        if self.rate is not None:
-            object.__setattr__(self, "rate", vector(self.rate, 3, "rate"))
-        object.__setattr__(self, "max_rate", non_negative(self.max_rate, "max_rate"))
-        object.__setattr__(self, "wheel_momentum", interval(self.wheel_momentum, "wheel_momentum"))
-        if self.fixed_wheel_momentum is not None:
-            momentum = vector(self.fixed_wheel_momentum, len(self.fixed_wheel_momentum), "fixed_wheel_momentum")
-            object.__setattr__(self, "fixed_wheel_momentum", momentum)
-        for name in _MODAL:
-            if (values := getattr(self, name)) is not None:
-                require(isinstance(values, (tuple, list)), name, "must have one entry per mode", values)
-                checked = tuple(interval(value, f"{name}[{mode}]") for mode, value in enumerate(values))
-                object.__setattr__(self, name, checked)
+        normalise(self, optional(unit_quaternion), "attitude")
+        normalise(self, optional(lambda value, name: interval(value, name, 0.0, math.pi)), "angle")
+        normalise(self, optional(lambda values, name: vector(values, 3, name)), "rate")
+        normalise(self, non_negative, "max_rate")
+        normalise(self, interval, "wheel_momentum")
+        normalise(self, optional(lambda values, name: vector(values, len(values), name)), "fixed_wheel_momentum")
+        normalise(self, optional(_modal), *_MODAL)
 
     @classmethod
     def fixed(
@@ -109,7 +105,7 @@ class InitialState:
         return replace(start, fixed_wheel_momentum=tuple(wheel_momentum))
 
     def uniform_count(self, wheels: int, modes: int = 0) -> int:
-        """How many uniform deviates one episode needs."""
+        """Return the number of uniform deviates that one episode needs."""
         return 7 + wheels + 2 * modes
 
     def draw(self, uniform: FloatArray, momentum_limits: FloatArray, modes: int = 0) -> npt.NDArray[np.void]:
@@ -127,8 +123,8 @@ class InitialState:
         Raises
         ------
         ValueError
-            If a wheel would start beyond its momentum limit, the number of momenta is not that of the wheels, or
-            that of modal displacements or rates not that of the modes.
+            If a wheel would start beyond its momentum limit, or the number of momenta is not that of the wheels. Also
+            if the number of modal displacements or rates is not that of the modes.
         """
         count, wheels = len(uniform), len(momentum_limits)
         table = np.zeros(count, initial_dtype(wheels, modes))

@@ -1,4 +1,4 @@
-"""What on-board software gets: the one input of every policy."""
+"""Input of on-board software, the same for every policy."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ftac_gym.utils.parameters import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Measurement:
-    """Measured state and commanded attitude of N craft with m wheels, float64.
+    """Measured state and commanded attitude of N spacecraft with m wheels, float64.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class Measurement:
     last_command
         (N, m) wheel torques commanded in the period that has just ended, within the limits [N m]; zero at the start.
     star_tracker_valid
-        (N,) whether the star tracker delivers; only the telemetry tier may use it.
+        (N,) whether the star tracker delivers data; only the telemetry tier may use it.
     reference_attitude
         (N, 4) commanded quaternion.
     reference_rate
@@ -39,10 +39,10 @@ class Measurement:
         (N, 3) its derivative, in the same axes [rad/s^2].
     modal_displacement, modal_rate
         (N, k) displacement [kg^1/2 m] and rate [kg^1/2 m/s] of the vibration modes, from strain gauges; only the
-        telemetry tier may use them. None or k = 0 for rigid craft.
+        telemetry tier may use them. None or k = 0 for rigid spacecraft.
     truth
-        What the faults do at this moment, or None: nothing that a craft could measure. Only an oracle is given it, and
-        an oracle says so in its name.
+        Effect of the faults at this moment, which a spacecraft cannot measure. It is None except for an oracle, which
+        has the word in its name.
     """
 
     time: FloatArray
@@ -59,12 +59,12 @@ class Measurement:
     modal_rate: FloatArray | None = None
 
     def take(self, rows: npt.NDArray[np.intp]) -> Measurement:
-        """Return the measurement of some craft, by their numbers (n,)."""
+        """Return the measurement of some spacecraft, by their numbers (n,)."""
         given = {item.name: getattr(self, item.name) for item in fields(self) if item.name != "truth"}
         arrays: dict[str, Any] = {name: None if array is None else array[rows] for name, array in given.items()}
         truth = None if self.truth is None else FaultEffect._make(array[rows] for array in self.truth)
         return Measurement(**arrays, truth=truth)
 
     def __len__(self) -> int:
-        """Number of craft N."""
+        """Return the number of spacecraft N."""
         return len(self.time)

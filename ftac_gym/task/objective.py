@@ -1,4 +1,4 @@
-"""What a policy is asked for: the weights of the reward, and when an episode counts as a success."""
+"""Objective of a policy: the weights of the reward, and the criterion of success."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ftac_gym.utils.parameters import non_negative, positive
+from ftac_gym.utils.parameters import non_negative, normalise, positive
 from ftac_gym.utils.serialization import LATER_PART, serializable
 
 
@@ -31,7 +31,7 @@ class RewardWeights:
     on_target
         Per step inside the success cone.
     tumble
-        Penalty when the episode ends by tumbling; it must outweigh what pointing badly for the rest would cost.
+        Penalty when the episode ends by tumbling; it must outweigh the cost of bad pointing until its regular end.
     vibration
         Of the energy of the vibration modes, per joule.
     """
@@ -47,14 +47,13 @@ class RewardWeights:
 
     def __post_init__(self) -> None:
         """Check the weights."""
-        for item in dataclasses.fields(self):
-            object.__setattr__(self, item.name, non_negative(getattr(self, item.name), item.name))
+        normalise(self, non_negative, *(item.name for item in dataclasses.fields(self)))
 
 
 @serializable
 @dataclass(frozen=True)
 class SuccessCriterion:
-    """When an episode counts as a success: inside the cone and slow for the last seconds.
+    """Criterion of success: inside the cone and slow for the last seconds.
 
     Parameters
     ----------
@@ -63,7 +62,7 @@ class SuccessCriterion:
     rate
         Largest rate error [rad/s].
     hold
-        How long before the end both must hold [s].
+        Time before the end for which both must hold [s].
     """
 
     angle: float = float(np.radians(0.1))
@@ -72,5 +71,4 @@ class SuccessCriterion:
 
     def __post_init__(self) -> None:
         """Check the limits."""
-        for item in dataclasses.fields(self):
-            object.__setattr__(self, item.name, positive(getattr(self, item.name), item.name))
+        normalise(self, positive, "angle", "rate", "hold")

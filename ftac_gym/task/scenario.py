@@ -1,4 +1,4 @@
-"""A scenario: everything that defines a task."""
+"""Scenarios: the definitions of tasks."""
 
 from __future__ import annotations
 
@@ -18,8 +18,7 @@ from ftac_gym.faults.table import FLIPS, healthy
 from ftac_gym.spacecraft.spacecraft import Spacecraft
 from ftac_gym.task.disturbances import DISTURBANCE, HARMONIC, Disturbance
 from ftac_gym.task.episodes import Episodes
-from ftac_gym.task.feasibility import Demand
-from ftac_gym.task.feasibility import label as feasibility_labels
+from ftac_gym.task.feasibility import Demand, feasibility_labels
 from ftac_gym.task.inertia import InertiaUncertainty, exact_inertia
 from ftac_gym.task.initial_state import InitialState
 from ftac_gym.task.low_orbit import LowOrbitTorque
@@ -28,15 +27,8 @@ from ftac_gym.task.prescribed_bound import PrescribedBound
 from ftac_gym.task.references import Reference, SetPoints
 from ftac_gym.task.sensors import SENSOR, SensorErrors
 from ftac_gym.task.vibration import LARGEST_PHASE, AppendageUncertainty, check_modes, exact_modes, fastest_pole
-from ftac_gym.utils.parameters import FloatArray, Matrix, matrix, positive, require
+from ftac_gym.utils.parameters import FloatArray, Matrix, matrix, normalise, optional, positive, require, rows
 from ftac_gym.utils.serialization import LATER_PART, from_plain, serializable, to_plain
-
-
-def _multiple(value: float, unit: float, name: str, unit_name: str) -> int:
-    count = round(value / unit)
-    whole = count >= 1 and abs(count * unit - value) <= 1e-9 * max(1.0, value)
-    require(whole, name, f"must be a multiple of {unit_name} = {unit!r} s", value)
-    return count
 
 
 @serializable
@@ -61,7 +53,7 @@ class Scenario:
     sensors
         Sensor errors.
     inertia_uncertainty
-        How the true inertia differs from the nominal one.
+        Difference of the true inertia from the nominal one.
     control_period
         Time between two commands [s]; a multiple of ``physics_step``.
     physics_step
@@ -69,18 +61,18 @@ class Scenario:
     duration
         Length of an episode [s]; a multiple of ``control_period``.
     tumble_rate
-        The environment ends an episode when the body turns faster than this [rad/s]; None never ends it.
+        Body rate above which the environment ends an episode [rad/s]; None never ends it.
     reward
         Reward weights.
     success
         Success criterion.
     prescribed_bound
-        Bounds that the attitude error shall keep to, by which every policy is measured; None for none.
+        Bounds on the attitude error, by which every policy is measured; None for none.
     appendage_uncertainty
-        How the true vibration modes differ from the nominal ones; None if they do not.
+        Difference of the true vibration modes from the nominal ones; None for none.
     misalignment
-        3 x m, in body axes: by how much the true wheel axes differ from the nominal ones; None for not at all. The
-        feasibility label does not look at it.
+        3 x m, in body axes: difference of the true wheel axes from the nominal ones; None for none. The feasibility
+        label leaves it out.
 
     Raises
     ------
@@ -112,50 +104,52 @@ class Scenario:
             value = getattr(self, name)
             names = " or ".join("None" if part is type(None) else part.__name__ for part in get_args(hint) or (hint,))
             require(isinstance(value, hint), name, f"must be a {names}", value)
-        for name in ("control_period", "physics_step", "duration"):
-            object.__setattr__(self, name, positive(getattr(self, name), name))
-        _multiple(self.control_period, self.physics_step, "control_period", "physics_step")
-        _multiple(self.duration, self.control_period, "duration", "control_period")
-        if self.tumble_rate is not None:
-            object.__setattr__(self, "tumble_rate", positive(self.tumble_rate, "tumble_rate"))
+        normalise(self, positive, "control_period", "physics_step", "duration")
+        normalise(self, optional(positive), "tumble_rate")
+        for name, unit_name, count in (
+            ("control_period", "physics_step", self.substeps),
+            ("duration", "control_period", self.horizon),
+        ):
+            value, unit = getattr(self, name), getattr(self, unit_name)
+            whole = count >= 1 and abs(count * unit - value) <= 1e-9 * max(1.0, value)
+            require(whole, name, f"must be a multiple of {unit_name} = {unit!r} s", value)
         if self.misalignment is not None:
             error = matrix(self.misalignment, 3, self.spacecraft.wheels.count, "misalignment")
             rank = int(np.linalg.matrix_rank(self.spacecraft.wheels.axis_matrix + error, tol=1e-3))
             nominal = int(np.linalg.matrix_rank(self.spacecraft.wheels.axis_matrix))
             require(rank == nominal, "misalignment", f"must leave axes that span {nominal} dimensions", rank)
-            object.__setattr__(self, "misalignment", tuple(tuple(float(value) for value in row) for row in error))
+            object.__setattr__(self, "misalignment", rows(error))
         if (appendages := self.spacecraft.appendages) is not None:
             fastest = float(fastest_pole(exact_modes(appendages, 1), self.spacecraft.inertia_matrix[None])[0])
-            rule = (
-                f"must be at most {LARGEST_PHASE / fastest:.3g} s: the fastest pole of the modes is {fastest:.4g} 1/s"
-            )
+            longest = LARGEST_PHASE / fastest
+            rule = f"must be at most {longest:.3g} s: the fastest pole of the modes is {fastest:.4g} 1/s"
             require(self.physics_step * fastest <= LARGEST_PHASE, "physics_step", rule, self.physics_step)
         if (uncertainty := self.appendage_uncertainty) is not None:
             require(appendages is not None, "appendage_uncertainty", "needs a spacecraft with appendages", uncertainty)
         if self.faults is not None:
             self.faults.check(self.spacecraft.wheels)
+            # On average a chain then uses at most half of the flips that are drawn.
+            shortest = 4.0 * self.duration / FLIPS
+            rule = f"with mean_resting must add up to at least {shortest:.3g} s for this duration"
             for fault in self.faults.faults:
                 if fault.mean_acting is not None and fault.mean_resting is not None:
-                    # So many flips are drawn that a chain that flips half as often on average does not run out.
-                    shortest = 4.0 * self.duration / FLIPS
-                    mean = fault.mean_acting + fault.mean_resting
-                    rule = f"with mean_resting must add up to at least {shortest:.3g} s for this duration"
-                    require(mean >= shortest, "mean_acting", rule, fault.mean_acting)
+                    enough = fault.mean_acting + fault.mean_resting >= shortest
+                    require(enough, "mean_acting", rule, fault.mean_acting)
 
     @property
     def substeps(self) -> int:
         """Physics steps per control period."""
-        return _multiple(self.control_period, self.physics_step, "control_period", "physics_step")
+        return round(self.control_period / self.physics_step)
 
     @property
     def horizon(self) -> int:
         """Control periods per episode."""
-        return _multiple(self.duration, self.control_period, "duration", "control_period")
+        return round(self.duration / self.control_period)
 
     def replace(self, **changes: Any) -> Scenario:
         """Return a copy with some fields changed.
 
-        A part may also be given as the plain dict that :meth:`to_dict` would make of it.
+        A part may also be given as a plain dict, in the form of :meth:`to_dict`.
 
         Raises
         ------
@@ -183,14 +177,14 @@ class Scenario:
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Scenario:
-        """Rebuild what :meth:`to_dict` made; raises ValueError for anything else."""
+        """Rebuild a scenario from :meth:`to_dict`; raises ValueError for other data."""
         scenario = from_plain(data)
         require(isinstance(scenario, Scenario), "scenario", "must describe a Scenario", type(scenario).__name__)
         return scenario  # type: ignore[no-any-return]
 
     @classmethod
     def from_json(cls, text: str) -> Scenario:
-        """Rebuild what :meth:`to_json` made; raises ValueError for anything else."""
+        """Rebuild a scenario from :meth:`to_json`; raises ValueError for other text."""
         return cls.from_dict(json.loads(text))
 
     def draw(self, seed: int, count: int) -> Episodes:
@@ -282,7 +276,7 @@ class Scenario:
 
 
 def success_steps(scenario: Scenario) -> int:
-    """Return for how many control periods before the end a craft must be on target."""
+    """Return the number of control periods before the end for which success asks to be on target."""
     return math.ceil(scenario.success.hold / scenario.control_period - 1e-9)
 
 

@@ -7,16 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.utils.parameters import (
-    FloatArray,
-    Interval,
-    bounds,
-    draw,
-    interval,
-    non_negative,
-    require,
-    uniform_directions,
-)
+from ftac_gym.utils.parameters import FloatArray, Interval, draw, interval, non_negative, normalise, uniform_directions
 from ftac_gym.utils.serialization import serializable
 
 SENSOR = np.dtype(
@@ -28,8 +19,10 @@ SENSOR = np.dtype(
         ("gyro_misalignment", "f8", (3,)),
     ]
 )
-"""Per craft: noise [rad], noise [rad/s], initial bias [rad/s], random walk [rad/s per square root of second], and the
-rotation vector [rad] by which the measured rate is turned in body axes."""
+"""Per spacecraft: noise [rad], noise [rad/s], initial bias [rad/s] and random walk [rad/s per square root of second].
+
+The last field is the rotation vector [rad] by which the measured rate is turned in body axes.
+"""
 
 
 @serializable
@@ -48,8 +41,8 @@ class SensorErrors:
     gyro_bias_walk
         Intensity of the random walk of the bias [rad/s per square root of second].
     gyro_misalignment
-        Angle by which the gyro triad is turned against the body, about an axis drawn uniformly [rad]; small, at most
-        0.1: the rate is turned to first order.
+        Angle of the gyro triad against the body, about an axis drawn uniformly [rad]. It is at most 0.1, because the
+        rate is turned to first order.
 
     Raises
     ------
@@ -65,20 +58,17 @@ class SensorErrors:
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
-        for name in ("attitude_noise", "rate_noise", "gyro_bias_walk"):
-            object.__setattr__(self, name, non_negative(getattr(self, name), name))
-        for name in ("gyro_bias", "gyro_misalignment"):
-            object.__setattr__(self, name, interval(getattr(self, name), name))
-        low, high = bounds(self.gyro_misalignment)
-        require(low >= 0.0 and high <= 0.1, "gyro_misalignment", "must stay within [0, 0.1]", self.gyro_misalignment)
+        normalise(self, non_negative, "attitude_noise", "rate_noise", "gyro_bias_walk")
+        normalise(self, interval, "gyro_bias")
+        normalise(self, lambda value, name: interval(value, name, 0.0, 0.1), "gyro_misalignment")
 
     @property
     def uniform_count(self) -> int:
-        """How many uniform deviates one episode needs."""
+        """Number of uniform deviates that one episode needs."""
         return 6
 
     def draw(self, uniform: FloatArray) -> npt.NDArray[np.void]:
-        """Draw the sensor parameters of N craft from uniform deviates (N, 6); returns SENSOR records (N,)."""
+        """Draw the sensor parameters of N spacecraft from uniform deviates (N, 6); returns SENSOR records (N,)."""
         table = np.zeros(len(uniform), SENSOR)
         table["attitude_noise"] = self.attitude_noise
         table["rate_noise"] = self.rate_noise

@@ -14,9 +14,9 @@ from ftac_gym import scenarios
 from ftac_gym.evaluation import rollout
 from ftac_gym.faults import FaultSchedule, HardOver, LockInPlace, Outage
 from ftac_gym.plots import polytopes_along, torque_polytope, wheel_envelope
+from ftac_gym.spacecraft.envelope import Load, envelope_of
 from ftac_gym.spacecraft.layouts import pyramid
 from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.task.feasibility import envelope_of
 
 PYRAMID = WheelArray.sign_pyramid(0.2, 12.0)
 
@@ -116,11 +116,10 @@ def test_zero_is_held_exactly_if_a_linear_program_says_so(array):
 def test_the_guarantee_is_that_of_the_feasibility_label(shares):
     found = torque_polytope(PYRAMID, shares)
     reach = np.array(shares)[None] * PYRAMID.torque_limits
-    free, support = envelope_of(PYRAMID.axes).room(np.zeros((1, 3)), np.zeros((1, 3)), reach)
+    free, support = envelope_of(PYRAMID.axes).room(Load(np.zeros((1, 3))), reach)
     assert found.guaranteed == pytest.approx(support.min()) == pytest.approx(free.min())
-    inside = envelope_of(PYRAMID.axes).contains(
-        np.array([[0.999], [1.001]]) * found.guaranteed * found.worst_direction, np.zeros((2, 3)), reach.repeat(2, 0)
-    )
+    points = np.array([[0.999], [1.001]]) * found.guaranteed * found.worst_direction
+    inside = envelope_of(PYRAMID.axes).contains(Load(points), reach.repeat(2, 0))
     assert inside.tolist() == [True, False]
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from ftac_gym.spacecraft import WheelArray, orthogonal_and_skew, pyramid, sign_pyramid, three_orthogonal
-from ftac_gym.task.feasibility import envelope_normals
+from ftac_gym.spacecraft.envelope import envelope_normals
 
 LAYOUTS = {
     "orthogonal and skew": (orthogonal_and_skew(), 1.414, 0.577),

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ftac_gym.spacecraft.envelope import envelope_normals
 from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.task.feasibility import envelope_normals
 from ftac_gym.utils.parameters import FloatArray, non_negative, require
 
 
