@@ -49,7 +49,7 @@ class Baseline(Tunable, ABC):
     rest_only: ClassVar[str] = ""
     """Reason why the reference must be at rest; empty for a baseline that follows a moving one."""
     needs_torque_limits: ClassVar[bool] = False
-    """Whether every wheel must have a torque limit."""
+    """True for a baseline that needs a torque limit of every wheel."""
 
     def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
         super().__init__(**gains)
@@ -71,6 +71,10 @@ class Baseline(Tunable, ABC):
         self._torque_limits = wheels.torque_limits
         self._period = scenario.control_period
         self._moving = reference.moving
+        self._build()
+
+    def _build(self) -> None:
+        """Build the parts from :attr:`gains` and :attr:`scenario`, and add their state to :attr:`memory`."""
 
     @classmethod
     def space(cls, **gains: Any) -> SearchSpace:

@@ -1,4 +1,4 @@
-"""What an observer believes about the faults."""
+"""The estimate of the faults by an observer."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from ftac_gym.utils.parameters import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class FaultEstimate:
-    """Estimate for N craft with m wheels; None for what an observer does not estimate.
+    """Estimate for N spacecraft with m wheels; None for parts that an observer does not estimate.
 
     Attributes
     ----------
     disturbance
-        (N, 3) torque on the body that the commands do not explain, in body axes [N m].
+        (N, 3) torque on the body beyond that of the commands, in body axes [N m].
     effectiveness
         (N, m) effectiveness of each wheel.
     bias
-        (N, m) uncommanded torque of each wheel [N m]; what lies in the null space of the wheel axes cannot be seen.
+        (N, m) uncommanded torque of each wheel [N m]; its part in the null space of the wheel axes is not observable.
     identifiable
-        (N, m) whether each wheel has been given enough sustained torque of late to tell its effectiveness.
+        (N, m) flags of the wheels whose recent sustained torque suffices to identify their effectiveness.
     vibration
-        (N, 3) torque of the vibration modes on the body [N m], which is then no part of the disturbance.
+        (N, 3) torque of the vibration modes on the body [N m], which the disturbance then excludes.
     """
 
     disturbance: FloatArray | None = None

@@ -1,4 +1,4 @@
-"""Where a fault-tolerant law gets the faults from: nowhere, from an observer, or from the truth."""
+"""Source of the fault estimate of a fault-tolerant controller: none, an observer, or the truth."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class FaultSource:
     scenario
         The task.
     memory
-        Where an observer keeps its state.
+        Store of the observer's state.
     kind
-        ``"none"`` (every wheel is believed healthy), the name of an observer, or ``"oracle"`` (the truth).
+        ``"none"`` (every wheel is taken for healthy), the name of an observer, or ``"oracle"`` (the truth).
     gains
         Gains of the observer that differ from its own.
 
@@ -67,7 +67,7 @@ class FaultSource:
         return None
 
     def update(self, measurement: Measurement) -> FaultEstimate | None:
-        """Take in a measurement and return what the controller shall believe; None for healthy wheels."""
+        """Take in a measurement and return the estimate for the controller; None for healthy wheels."""
         if self._observer is not None:
             return self._observer.update(measurement, measurement.last_command, self._period)
         if self._kind == "oracle":

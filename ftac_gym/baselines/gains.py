@@ -86,7 +86,7 @@ SearchSpace = Mapping[str, Range]
 
 @dataclass(frozen=True)
 class Share:
-    """A gain as a share of another gain, which limits it: searched and scheduled instead of the gain itself.
+    """A gain as a share of another gain, which it must be below: searched and scheduled instead of the gain itself.
 
     Parameters
     ----------
@@ -151,10 +151,13 @@ class Gains:
     """
 
     def __post_init__(self) -> None:
-        """Check every field by its rule and store the value that the rule returns."""
+        """Check every field by its rule, store the value that the rule returns, and compare shares with limits."""
         for item in fields(self):
             if rule := item.metadata.get("rule"):
                 object.__setattr__(self, item.name, rule(getattr(self, item.name), item.name))
+        for name, of in shares_of(self).values():
+            limit, value = getattr(self, of), getattr(self, name)
+            require(value < limit, name, f"must be below {of} = {limit!r}", value)
 
 
 def changed(base: type[Gains], name: str, default: Any = ..., **metadata: Any) -> Any:

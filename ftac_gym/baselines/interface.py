@@ -13,14 +13,14 @@ from ftac_gym.utils.parameters import FloatArray, require
 
 
 def measurement_of(env: Any, truth: bool = False) -> Measurement:
-    """Return the measurement of all craft of an environment.
+    """Return the measurement of all spacecraft of an environment.
 
     Parameters
     ----------
     env
         A Gymnasium environment, a vector environment or an SB3 vector environment of this package, wrapped or not.
     truth
-        Whether to add what the faults do, for an oracle.
+        Whether to add the fault effects, for an oracle.
 
     Raises
     ------
@@ -42,5 +42,4 @@ def measurement_of(env: Any, truth: bool = False) -> Measurement:
 
 def as_action(command: FloatArray, torque_limits: FloatArray) -> FloatArray:
     """Turn wheel torques [N m] into an action, (N, wheels) fractions of the limits within [-1, 1]."""
-    action: FloatArray = np.clip(command / torque_limits, -1.0, 1.0)
-    return action
+    return np.clip(command / torque_limits, -1.0, 1.0)

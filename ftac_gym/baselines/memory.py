@@ -1,4 +1,4 @@
-"""What a baseline carries from one call to the next, in one place."""
+"""State of a baseline between two calls, in one place."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ BoolArray = npt.NDArray[np.bool_]
 
 
 class Memory:
-    """Named arrays with the craft on the first axis.
+    """Named arrays with the spacecraft on the first axis.
 
-    Because a baseline and its observers keep all their state here, resetting some craft, or acting for some craft
-    only, needs no code in any of them.
+    A baseline and its observers store all their state here. Resetting some spacecraft, or acting for some only, then
+    needs no code in any of them.
 
     Parameters
     ----------
     num_spacecraft
-        Number of craft N.
+        Number of spacecraft N.
     """
 
     def __init__(self, num_spacecraft: int) -> None:
-        self._num_craft = num_spacecraft
+        self._num_spacecraft = num_spacecraft
         self._initial: dict[str, npt.NDArray[Any]] = {}
         self._arrays: dict[str, npt.NDArray[Any]] = {}
 
@@ -37,11 +37,11 @@ class Memory:
         """
         if name in self._arrays:
             raise ValueError(f"memory name must be new, got {name!r}")
-        self._initial[name] = np.full((self._num_craft, *shape), initial)
+        self._initial[name] = np.full((self._num_spacecraft, *shape), initial)
         self._arrays[name] = self._initial[name].copy()
 
     def has(self, name: str) -> bool:
-        """Whether there is an array of this name."""
+        """Tell whether there is an array of this name."""
         return name in self._arrays
 
     def __getitem__(self, name: str) -> npt.NDArray[Any]:
@@ -53,15 +53,15 @@ class Memory:
         self._arrays[name] = array
 
     def reset(self, mask: BoolArray) -> None:
-        """Give the craft in the mask (N,) their initial memory."""
+        """Set the rows of the spacecraft in the mask (N,) to their initial values."""
         self.restore(self._initial, mask)
 
     def copy(self) -> dict[str, npt.NDArray[Any]]:
-        """Return the arrays of this moment."""
+        """Return the present arrays."""
         return dict(self._arrays)
 
     def restore(self, arrays: dict[str, npt.NDArray[Any]], mask: BoolArray) -> None:
-        """Give the craft in the mask (N,) the memory that ``arrays`` holds for them."""
+        """Set the rows of the spacecraft in the mask (N,) to those of ``arrays``."""
         for name, array in self._arrays.items():
             chosen = mask.reshape(-1, *(1,) * (array.ndim - 1))
             self._arrays[name] = np.where(chosen, arrays[name], array)

@@ -1,4 +1,4 @@
-"""Gains that a search found, kept as data: one JSON file per baseline, with where they come from."""
+"""Gains found by a search, stored as data: one JSON file per baseline, with their provenance."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 from ftac_gym.utils.parameters import require
 
 FOLDER = files("ftac_gym.baselines") / "tuned_gains"
-"""Where the files lie."""
+"""Folder of the files."""
 
 
 def names() -> list[str]:
@@ -20,12 +20,12 @@ def names() -> list[str]:
 
 
 def record(name: str) -> dict[str, Any]:
-    """Return what is known of the tuned gains of a baseline: the gains and their provenance.
+    """Return the tuned gains of a baseline and their provenance.
 
     Raises
     ------
     ValueError
-        If there are none; the message says how to get them.
+        If there are none; the message names the command that tunes them.
     """
     remedy = f"must be tuned first: python train/tune.py --baseline {name} --store. Tuned are {names()}"
     require(name in names(), "gains", remedy, name)

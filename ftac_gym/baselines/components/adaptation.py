@@ -1,4 +1,4 @@
-"""Adaptive gains: numbers that grow with a drive and are forgotten."""
+"""Adaptive gains: numbers that grow with a drive and decay by a leak."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ class LeakyAdaptation:
     Parameters
     ----------
     memory
-        Where x is kept.
+        Store of x.
     name
         Its name there.
     columns
-        Numbers per craft.
+        Numbers per spacecraft.
     gain
         Not negative.
     leak
-        [1/s]; zero never forgets.
+        [1/s]; zero for no decay.
     period
         Time between two updates [s].
     initial

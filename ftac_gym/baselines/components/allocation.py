@@ -1,4 +1,4 @@
-"""From a torque on the body to torques of the wheels."""
+"""Allocation of a torque on the body to the wheels, and limits of the wheel torques."""
 
 from __future__ import annotations
 
@@ -23,12 +23,11 @@ def pseudo_inverse(axes: FloatArray) -> FloatArray:
         If the axes do not span space.
     """
     require(int(np.linalg.matrix_rank(axes)) == 3, "axes", "must span three dimensions", axes.tolist())
-    inverse: FloatArray = np.linalg.pinv(axes).astype(np.float64)
-    return inverse
+    return np.linalg.pinv(axes).astype(np.float64)
 
 
 class EffectivenessAllocation:
-    """Wheel torques that give a torque on the body through wheels that are believed to be weak.
+    """Wheel torques that give a torque on the body through wheels of estimated effectiveness.
 
     u = E^p D' (D E^(p+1) D')^-1 torque, so that D E u = torque: for p = 1 the pseudo-inverse of D E (Eq. (26) of Cao et
     al. 2022), for p = 2 the allocation of Eqs. (36) and (70) of Zhang and Zhou 2019, which spares weak wheels more.
@@ -40,8 +39,7 @@ class EffectivenessAllocation:
     power
         p, not negative.
     smallest
-        Effectiveness below this counts as this, which keeps the matrix invertible however many wheels are believed
-        dead.
+        Lower bound of the effectiveness, which keeps the matrix invertible for any number of wheels without torque.
 
     Raises
     ------
@@ -65,23 +63,22 @@ class EffectivenessAllocation:
         weights = safe**self._power
         matrices = ((weights * safe) @ self._outer).reshape(-1, 3, 3)
         solved = np.linalg.solve(matrices, torque[:, :, None])[:, :, 0]
-        allocated: FloatArray = weights * (solved @ self._axes)
-        return allocated
+        return weights * (solved @ self._axes)
 
 
 class MinimaxAllocation:
-    """The wheel torques whose largest share of its wheel's limit is as small as can be.
+    """The wheel torques whose largest share of a wheel's limit is the smallest possible.
 
     The set of torques that wheels with limits r_j can give is a zonotope; a torque leaves it through the facet whose
-    normal n maximises |n.t| / sum_j r_j |n.D[:, j]|. On that facet all wheels but those that lie in it are at the same
-    share of their limit, and what is left lies in the facet's plane, where the same holds for its edges, and on an edge
-    for its wheels. The solution is therefore linear in the torque on the cone over each edge of each facet: a table of
-    matrices, chosen by two maxima (Markley et al., NTRS 20110015369, describe the envelope).
+    normal n maximises |n.t| / sum_j r_j |n.D[:, j]|. On that facet all wheels outside of its plane are at the same
+    share of their limit. The rest of the torque lies in the plane of the facet. The same holds there for its edges, and
+    on an edge for its wheels. On the cone over each edge of each facet the solution is linear in the torque. It is a
+    table of matrices, chosen by two maxima (Markley et al., NTRS 20110015369, describe the envelope).
 
     Parameters
     ----------
     wheels
-        The wheel array; wheels without a limit count as equals.
+        The wheel array; wheels without a limit have equal weight.
 
     Raises
     ------
@@ -99,7 +96,7 @@ class MinimaxAllocation:
         for normal in _distinct(envelope_normals(axes)):
             across = normal @ axes
             flat = np.abs(across) < 1e-9 * np.abs(across).max()
-            # n scaled so that n.t is the share at which the facet is reached.
+            # With n scaled so, n.t is the share at which the facet is reached.
             scaled = normal / np.abs(across).sum()
             shares = np.zeros((wheels.count, 3))
             shares[~flat] = np.sign(across[~flat])[:, None] * scaled
@@ -144,8 +141,9 @@ def _distinct(directions: FloatArray) -> list[FloatArray]:
 def _in_plane(normal: FloatArray, axes: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
     """Solve the problem for wheels (3, k) that lie in the plane with a normal.
 
-    Returns one pair for each distinct wheel direction: a row (3,) whose product with a torque in the plane is the share
-    at which that edge is reached, so that the largest chooses the edge, and the matrix (k, 3) of the shares on it.
+    Returns one pair for each distinct wheel direction: a row (3,) and a matrix (k, 3). The product of the row and a
+    torque in the plane is the share at which that edge is reached; the largest product selects the edge. The matrix
+    gives the shares of the wheels on that edge.
     """
     solutions = []
     for direction in _distinct(axes.T):
@@ -164,9 +162,8 @@ def _in_plane(normal: FloatArray, axes: FloatArray) -> list[tuple[FloatArray, Fl
 
 
 def limit_each(command: FloatArray, limits: FloatArray) -> FloatArray:
-    """Hold wheel torques (N, m) within their limits (m,), each wheel by itself, as the wheels would."""
-    limited: FloatArray = np.minimum(np.maximum(command, -limits), limits)
-    return limited
+    """Clip wheel torques (N, m) to their limits (m,), each wheel by itself, as the wheels do."""
+    return np.minimum(np.maximum(command, -limits), limits)
 
 
 def scale_to_limits(command: FloatArray, limits: FloatArray) -> FloatArray:

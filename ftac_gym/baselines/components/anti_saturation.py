@@ -1,4 +1,4 @@
-"""The auxiliary anti-saturation system of Zhang and Zhou 2019. It does nothing, which is why it is off by default."""
+"""The auxiliary anti-saturation system of Zhang and Zhou 2019; it has no effect and is off by default."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from ftac_gym.utils.parameters import FloatArray, finite, positive, require, who
 class AntiSaturation:
     """xi' = -L2 xi - (h^2 / |xi|^2) xi - H Theta while |xi| >= dk, else xi' = 0; the law subtracts L1 xi.
 
-    Eqs. (39), (73), with H = J^-1 D E^, Theta = sat(u) - u and h = |H| |Theta|. From
-    d|xi|/dt <= -(L2 |xi|^2 - h |xi| + h^2) / |xi|, which is negative for every h if L2 > 1/4 (the paper itself asks for
-    L2 > 1/2), |xi| can only fall; it reaches dk in about dk + |xi|^2/h^2 seconds and stays there for good. What an
-    explicit integrator makes of it besides is noise of the step: ``substeps`` lets one see that.
+    Eqs. (39), (73), with H = J^-1 D E^, Theta = sat(u) - u and h = |H| |Theta|. From d|xi|/dt <= -(L2 |xi|^2 - h |xi| +
+    h^2) / |xi|, which is negative for every h if L2 > 1/4 (the paper itself asks for L2 > 1/2), |xi| can only fall; it
+    reaches dk in about dk + |xi|^2/h^2 seconds and stays there. All else in the output of an explicit integrator is an
+    effect of its step, as ``substeps`` shows.
 
     Parameters
     ----------
     memory
-        Where xi is kept.
+        Store of xi.
     period
         Control period [s].
     to_acceleration
@@ -67,11 +67,11 @@ class AntiSaturation:
 
     @property
     def correction(self) -> FloatArray:
-        """L1 xi (N, 3), which the law subtracts from the acceleration."""
+        """L1 xi (N, 3), to be subtracted from the acceleration."""
         return self._gain * self.variable
 
     def update(self, excess: FloatArray, effectiveness: FloatArray | None) -> None:
-        """Take in Theta = sat(u) - u (N, m) [N m] and the believed effectiveness (N, m)."""
+        """Take in Theta = sat(u) - u (N, m) [N m] and the estimated effectiveness (N, m)."""
         weak = np.ones_like(excess) if effectiveness is None else effectiveness
         matrices = self._to_acceleration * weak[:, None, :]
         push = np.einsum("nij,nj->ni", matrices, excess)

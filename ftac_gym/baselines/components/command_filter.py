@@ -12,15 +12,15 @@ from ftac_gym.utils.parameters import FloatArray, positive, whole
 class LevantFilter:
     """f1' = -b1 sig(f1 - a)^(1/2) + f2, f2' = -b2 sign(f2 - f1'), Eq. (30) of Chen et al. 2018.
 
-    f2 - f1' is b1 sig(f1 - a)^(1/2): its sign is that of f1 - a, and the equation is not implicit. f1 follows the input
-    a, and f1' its derivative, if |a''| stays somewhat below b2. Euler steps of the control period end that at some
-    10 ms. ``substeps`` take the chatter out of f1, which then lags a moving input by the hold; f1' follows the steps of
-    the held input, not the derivative.
+    The difference f2 - f1' is b1 sig(f1 - a)^(1/2): its sign is that of f1 - a, and the equation is not implicit. The
+    state f1 follows the input a, and f1' its derivative, if |a''| stays below b2 with a margin. With Euler steps this
+    holds for control periods up to about 10 ms. ``substeps`` remove the chatter of f1, which then lags a moving input
+    by the hold; f1' follows the steps of the held input, not the derivative.
 
     Parameters
     ----------
     memory
-        Where f1 and f2 are kept.
+        Store of f1 and f2.
     first, second
         b1, b2.
     period
@@ -54,8 +54,7 @@ class LevantFilter:
     def rate(self, command: FloatArray) -> FloatArray:
         """Return f1' (N, 3) for the input a (N, 3)."""
         behind = self.output(command) - command
-        change: FloatArray = self._memory["filtered_slope"] - self._first * signed_power(behind, 0.5)
-        return change
+        return self._memory["filtered_slope"] - self._first * signed_power(behind, 0.5)
 
     def advance(self, command: FloatArray) -> None:
         """Take one Euler sub-step with the input a (N, 3)."""

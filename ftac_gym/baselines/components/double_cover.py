@@ -1,29 +1,30 @@
-"""The attitude error as a quaternion with a sign: which way round a law turns."""
+"""The attitude error as a quaternion with a sign, which selects the direction of the turn."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from ftac_gym.baselines.components.rows import dot
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.utils.parameters import FloatArray, within
 
 
 class HybridError:
-    """q_e on the double cover, without jumps of its sign, and the logic variable h that says which way to turn.
+    """q_e on the double cover, without jumps of its sign, and the logic variable h that selects the direction.
 
-    A rotation has two quaternions. Of them the one nearer to that of the last call is taken, at the start the one
-    given, so that the error is continuous whatever the sensor's sign. h is 1 at first and jumps to -h in the jump set
+    A rotation has two quaternions. The one nearer to that of the last call is taken, at the start the given one.
+    The error is continuous for every sign of the sensor. The variable h starts at 1 and jumps to -h in the jump set
 
         h e_4 <= -eta,  0 < eta < 1    (Eqs. (13)-(16) of Ma et al. 2023)
 
-    Turning h e_v to zero then takes the short way round wherever h e_4 > 0, and the other way only where that costs at
-    most 4 asin(eta) more: it is at most 2 asin(eta) beyond half a turn. Without a hysteresis h stays 1, and e_4 goes to
-    1 from wherever it starts, which is unwinding.
+    Turning h e_v to zero takes the short way wherever h e_4 > 0. It takes the other way only within 2 asin(eta) beyond
+    half a turn, where that is at most 4 asin(eta) longer. Without a hysteresis h stays 1, and e_4 goes to 1 from every
+    start, which is unwinding.
 
     Parameters
     ----------
     memory
-        Where the error and h are kept.
+        Store of the error and h.
     hysteresis
         eta; None keeps h at 1.
 
@@ -40,9 +41,9 @@ class HybridError:
         memory.add("logic", (1,), initial=1.0)
 
     def peek(self, error: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the lifted error (N, 4) and h (N, 1) for errors (N, 4) of either sign, without moving on."""
+        """Return the lifted error (N, 4) and h (N, 1) for errors (N, 4) of either sign; the memory is unchanged."""
         last = self._memory["lifted_error"]
-        lifted = np.where(np.einsum("ni,ni->n", last, error)[:, None] < 0.0, -error, error)
+        lifted = np.where(dot(last, error) < 0.0, -error, error)
         logic = self._memory["logic"]
         if self._hysteresis is not None:
             logic = np.where(logic * lifted[:, :1] <= -self._hysteresis, -logic, logic)

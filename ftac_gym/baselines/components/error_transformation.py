@@ -1,4 +1,4 @@
-"""The error transformation of prescribed performance: what is inside the bounds becomes what may be anything."""
+"""The error transformation of prescribed performance: from the interval of the bounds to all real numbers."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class Transformed(NamedTuple):
     slope: FloatArray
     drift: FloatArray
 
-    def rate(self, sigma: FloatArray, wanted: FloatArray) -> FloatArray:
-        """Return the body rate G^-1 r^-1 (epsilon' - theta) (N, 3) [rad/s] for a wanted epsilon' (N, 3) at sigma."""
-        return angular_velocity_from_mrp(sigma, (wanted - self.drift) / self.slope)
+    def rate(self, sigma: FloatArray, change: FloatArray) -> FloatArray:
+        """Return the body rate G^-1 r^-1 (epsilon' - theta) (N, 3) [rad/s] for a demanded epsilon' (N, 3) at sigma."""
+        return angular_velocity_from_mrp(sigma, (change - self.drift) / self.slope)
 
 
 class ErrorTransformation:
@@ -32,9 +32,9 @@ class ErrorTransformation:
 
     whose parentheses are lost in print. epsilon = 0 is the middle of the bounds, which is sigma = 0 only where l = u.
 
-    A bound that is breached, or nearly so, is not the end: within ``margin`` of a bound, in units of the distance
-    l + u, and beyond it, epsilon goes on along its tangent. It stays a continuous function of sigma and time with a
-    continuous slope that is never zero, and a law that drives epsilon to zero brings sigma back.
+    Within ``margin`` of a bound, in units of the distance l + u, and beyond it, epsilon continues along its tangent. It
+    stays a continuous function of sigma and time with a continuous slope that is never zero. A law that drives epsilon
+    to zero therefore brings sigma back after a breach.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class ErrorTransformation:
         self._margin = within(margin, 0.0, 0.5, "margin")
 
     def __call__(self, error: FloatArray, time: FloatArray, mirrored: FloatArray | None = None) -> Transformed:
-        """Transform MRPs (N, 3) at times (N,) [s]; ``mirrored`` (N, 3) says where lower and upper are exchanged."""
+        """Transform MRPs (N, 3) at times (N,) [s]; lower and upper are exchanged where ``mirrored`` (N, 3)."""
         lower, upper, lower_rate, upper_rate = self.bound.factors(time)
         if mirrored is not None:
             lower, upper = np.where(mirrored, upper, lower), np.where(mirrored, lower, upper)

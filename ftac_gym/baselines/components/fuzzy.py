@@ -6,6 +6,7 @@ import numpy as np
 
 from ftac_gym.baselines.components.adaptation import LeakyAdaptation
 from ftac_gym.baselines.components.radial_basis import GaussianNodes
+from ftac_gym.baselines.components.rows import dot
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.utils.parameters import FloatArray, fields_named, positive, whole
 
@@ -14,13 +15,13 @@ class FuzzyApproximator:
     """theta P'P s / (2 h^2) with theta' = lambda |s|^2 P'P / (2 h^2) - m1 theta: Eqs. (18), (42), (45) of Chen et al.
 
     P are the normalised memberships (18) of N rules, Gaussians of width 1 whose centres lie on the diagonal from -3 to
-    3: neither is printed. All three axes have the same inputs, so that eta = P'P I. What the rules are is immaterial,
-    since only P'P enters, which lies between 1/N and 1.
+    3: neither is printed. All three axes have the same inputs, so that eta = P'P I. The choice of rules has little
+    effect, since only P'P enters, which lies between 1/N and 1.
 
     Parameters
     ----------
     memory
-        Where theta is kept.
+        Store of theta.
     inputs
         Number of inputs.
     gain
@@ -50,9 +51,9 @@ class FuzzyApproximator:
         self._active = gain > 0.0
 
     def memberships(self, inputs: FloatArray) -> FloatArray:
-        """Return P (N craft, rules) for inputs (N craft, inputs)."""
+        """Return P (N, rules) for inputs (N, inputs)."""
         exponents = self._nodes.exponents(inputs)
-        # The largest is taken out first: far from all centres, every Gaussian is zero, but not their shares.
+        # Relative to the largest: far from all centres every Gaussian underflows, but not their shares.
         weights = np.exp(exponents - exponents.max(axis=1, keepdims=True))
         shares: FloatArray = weights / weights.sum(axis=1, keepdims=True)
         return shares
@@ -62,7 +63,7 @@ class FuzzyApproximator:
         if not self._active:
             return np.zeros_like(variable)
         shares = self.memberships(np.concatenate(inputs, axis=1))
-        weight = self._half * np.einsum("nk,nk->n", shares, shares)[:, None]
+        weight = self._half * dot(shares, shares)
         robust: FloatArray = self._bound.value * weight * variable
-        self._bound.update(weight * np.einsum("ni,ni->n", variable, variable)[:, None])
+        self._bound.update(weight * dot(variable, variable))
         return robust

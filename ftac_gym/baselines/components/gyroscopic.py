@@ -1,4 +1,4 @@
-"""The nominal gyroscopic torque, as far as the craft can know it."""
+"""The nominal gyroscopic torque, as far as the measurements give it."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from ftac_gym.utils.parameters import FloatArray
 
 
 class GyroscopicModel:
-    """The nominal gyroscopic torque w x (J w + D h), as far as the craft can know it.
+    """The nominal gyroscopic torque w x (J w + D h), as far as the measurements give it.
 
-    Where the wheels' momentum h acts on the body but is not measured, the model is zero: after a start near rest the
-    body's share is mostly undone by the wheels' share, so that taking one without the other would do harm.
+    Where the wheels' momentum h acts on the body but is not measured, the model is zero. After a start near rest the
+    momenta of body and wheels nearly cancel, so that one without the other increases the error.
 
     Parameters
     ----------

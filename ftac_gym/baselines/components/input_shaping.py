@@ -1,9 +1,10 @@
 """Input shaping: motions of a hub that leave its appendages at rest.
 
-A mode of a hub that is turned at will obeys eta'' + 2 zeta f eta' + f^2 eta = -delta w', with the cantilever frequency
-f. It is linear in w', so that splitting a motion into parts, delayed such that the vibrations they leave cancel, leaves
-none (Singer and Seering, Preshaping Command Inputs to Reduce System Vibration, ASME J. Dyn. Syst. Meas. Control 112,
-1990, pp. 76-82).
+A mode of a hub with a given motion has the equation eta'' + 2 zeta f eta' + f^2 eta = -delta w', with the cantilever
+frequency f. It is linear in w': a motion split into parts with suitable delays leaves vibrations that cancel.
+
+Source: Singer and Seering, Preshaping Command Inputs to Reduce System Vibration, ASME J. Dyn. Syst. Meas. Control 112,
+1990, pp. 76-82.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ class InputShaper:
     times
         Delays (p) [s], not negative, in rising order.
     amplitudes
-        (p) [-]; they sum to 1, so that the motion ends where it did.
+        (p) [-]; they sum to 1, so that the end of the motion is unchanged.
 
     Raises
     ------
@@ -53,16 +54,16 @@ class InputShaper:
 
     @property
     def delay(self) -> float:
-        """By how much a shaped motion takes longer: the time of the last impulse [s]."""
+        """Additional duration of a shaped motion: the time of the last impulse [s]."""
         return self.times[-1]
 
     @property
     def mean_delay(self) -> float:
-        """By how much a shaped motion lags behind while it is even: the mean of the times [s]."""
+        """Lag of a shaped motion at constant rate: the mean of the times [s]."""
         return math.fsum(time * amplitude for time, amplitude in zip(self.times, self.amplitudes, strict=True))
 
     def residual(self, frequency: float, damping_ratio: float = 0.0) -> float:
-        """Return the vibration left after the last impulse, as a share of what one impulse at that time would leave.
+        """Return the vibration after the last impulse, as a share of that after one impulse at that time.
 
         V = exp(-zeta f t_p) sqrt(c^2 + s^2), with c + i s the sum of A_j exp(zeta f t_j) exp(i f_d t_j) and
         f_d = f sqrt(1 - zeta^2) (Singer and Seering 1990).
@@ -88,8 +89,7 @@ class InputShaper:
     def ramp(self, time: FloatArray) -> FloatArray:
         """Return the shaped unit ramp, sum of A_j max(t - t_j, 0), for any times [s]; same shape."""
         begun = self._times.searchsorted(time, side="right")
-        shaped: FloatArray = self._sums[begun] * time - self._first_moments[begun]
-        return shaped
+        return self._sums[begun] * time - self._first_moments[begun]
 
     def ramp_and_parabola(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the shaped unit ramp and its integral, sum of A_j max(t - t_j, 0)^2 / 2 [s^2]; same shape."""
@@ -122,12 +122,12 @@ def zero_vibration(frequency: float, damping_ratio: float = 0.0, order: int = 1)
     Parameters
     ----------
     frequency
-        f [rad/s], undamped; of a mode of a hub that moves as told, the cantilever frequency.
+        f [rad/s], undamped; the cantilever frequency of a mode of a hub with a given motion.
     damping_ratio
         zeta [-], below 1.
     order
-        1 for two impulses half a period apart (ZV), 2 for these convolved with themselves (ZVD), and so on: at the
-        frequency the derivatives of the vibration left with respect to it vanish below this order.
+        1 for two impulses half a period apart (ZV), 2 for these convolved with themselves (ZVD), and so on. The
+        derivatives of the vibration with respect to the frequency vanish below this order.
 
     Raises
     ------
@@ -143,10 +143,10 @@ def zero_vibration(frequency: float, damping_ratio: float = 0.0, order: int = 1)
 
 
 def convolved(*shapers: InputShaper) -> InputShaper:
-    """Return the shaper that does what all of these do one after the other; of none, one impulse at once.
+    """Return the convolution of shapers; of none, one impulse at time zero.
 
-    It has as many impulses as the product of theirs, its delay is the sum of theirs, and it leaves of any mode the
-    product of the shares that they leave.
+    Its number of impulses is the product of theirs, and its delay the sum. The share of the vibration of a mode that
+    remains is the product of their shares.
     """
     times, amplitudes = np.zeros(1), np.ones(1)
     for shaper in shapers:
@@ -162,11 +162,11 @@ def shaper_of(appendages: FlexibleAppendages | None, order: int = 1, modes: int 
     Parameters
     ----------
     appendages
-        What bends; None for a rigid body, whose shaper is one impulse at once.
+        The appendages; None for a rigid body, whose shaper is one impulse at time zero.
     order
         Order of each mode's shaper.
     modes
-        For how many modes, lowest frequency first; None for all. Modes that are alike share a shaper.
+        Number of modes to shape for, lowest frequency first; None for all. Equal modes share a shaper.
 
     Raises
     ------
@@ -187,7 +187,7 @@ def shaper_of(appendages: FlexibleAppendages | None, order: int = 1, modes: int 
 
 @dataclass(frozen=True, eq=False)
 class RestToRest:
-    """Turns of N craft about an axis, from rest to rest: full acceleration, perhaps a coast, full deceleration.
+    """Turns of N spacecraft about an axis, from rest to rest: full acceleration, coast where needed, full deceleration.
 
     Attributes
     ----------
@@ -238,7 +238,7 @@ def rest_to_rest(angle: FloatArray, acceleration: FloatArray, rate_limit: float)
     """
     rate_limit = positive(rate_limit, "rate_limit")
     rise = np.minimum(np.sqrt(angle / acceleration), rate_limit / acceleration)
-    # No angle takes no time, whichever way the quotient would have it.
+    # A zero angle takes no time, although the quotient is undefined.
     fall = angle / np.maximum(acceleration * rise, np.finfo(np.float64).tiny)
     fall = np.maximum(fall, rise)
     return RestToRest(acceleration, np.stack((np.zeros_like(rise), rise, fall, fall + rise), axis=1))
@@ -251,5 +251,4 @@ def _mode(frequency: float, damping_ratio: float) -> tuple[float, float]:
 
 
 def _accumulated(values: Vector | FloatArray) -> FloatArray:
-    total: FloatArray = np.concatenate((np.zeros(1), np.cumsum(values)))
-    return total
+    return np.concatenate((np.zeros(1), np.cumsum(values)))

@@ -1,4 +1,4 @@
-"""The predefined-time feedback: what makes a squared error vanish before a time that is chosen."""
+"""The predefined-time feedback, with which a squared error vanishes before a chosen time."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ftac_gym.baselines.components.rows import dot
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive, require, within
 
 _SMALLEST = 1e-24
-"""Floor of V, |x| = 1.4e-12: keeps 0 times infinity from being asked for."""
+"""Floor of V, |x| = 1.4e-12, which avoids 0 times infinity."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ class PredefinedTime:
 
     @classmethod
     def with_gain(cls, exponent: float, time: float, gain: float) -> PredefinedTime:
-        """Return the feedback whose gain at zero is ``gain`` [1/s] by regularisation: what sampling can bear."""
+        """Return the feedback whose gain at zero is ``gain`` [1/s] by regularisation, for sampled control."""
         within(exponent, 0.0, 1.0, "exponent")
         logarithm = math.log(2.0 * exponent * positive(time, "time") * positive(gain, "gain")) / -exponent
         require(abs(logarithm) < 700.0, "gain", f"must be reachable with exponent {exponent!r} and time {time!r}", gain)
@@ -59,8 +60,7 @@ class PredefinedTime:
             energy = np.maximum(energy, _SMALLEST)
         power = energy**self.exponent
         inverse = 1.0 / power if self.regularisation == 0.0 else (energy + self.regularisation) ** -self.exponent
-        gain: FloatArray = np.exp(power) * inverse * (1.0 / (2.0 * self.exponent * self.time))
-        return gain
+        return np.exp(power) * inverse * (1.0 / (2.0 * self.exponent * self.time))
 
     def gain_and_slope(self, energy: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return f [1/s] and df/dV [1/s] for V, in any shape.
@@ -72,13 +72,12 @@ class PredefinedTime:
         return gain, self.exponent * gain * (safe ** (self.exponent - 1.0) - 1.0 / (safe + self.regularisation))
 
     def reaching_time(self, energy: FloatArray) -> FloatArray:
-        """Return when V is zero, T (1 - exp(-V(0)^h)) [s]: the closed form, without regularisation."""
-        time: FloatArray = self.time * -np.expm1(-(energy**self.exponent))
-        return time
+        """Return the time at which V is zero, T (1 - exp(-V(0)^h)) [s]: the closed form, without regularisation."""
+        return self.time * -np.expm1(-(energy**self.exponent))
 
 
 class PredefinedTimeSliding:
-    """s = x' + f_a x and what makes s' = -f_b s, Eqs. (25) and (26) of Cao et al. 2022.
+    """s = x' + f_a x and the feedback for s' = -f_b s, Eqs. (25) and (26) of Cao et al. 2022.
 
     Parameters
     ----------
@@ -99,12 +98,11 @@ class PredefinedTimeSliding:
         With xi = f_a x: xi' = f_a x' + (df_a/dV_a) (x.x') x.
         """
         gain, slope = self._position.gain_and_slope(_energy(error))
-        along = np.einsum("ni,ni->n", error, error_rate)[:, None]
+        along = dot(error, error_rate)
         variable = error_rate + gain * error
         reaching = self._rate.gain(_energy(variable)) * variable
         return variable, drift + gain * error_rate + (slope * along) * error + reaching
 
 
 def _energy(vector: FloatArray) -> FloatArray:
-    energy: FloatArray = 0.5 * np.einsum("ni,ni->n", vector, vector)[:, None]
-    return energy
+    return 0.5 * dot(vector, vector)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ftac_gym.baselines.components.rows import dot
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
@@ -35,7 +36,7 @@ class GaussianNodes:
 
     def exponents(self, inputs: FloatArray) -> FloatArray:
         """Return -|x - c_k|^2 / width^2 (N, count) for inputs (N, inputs)."""
-        squares = np.einsum("ni,ni->n", inputs, inputs)[:, None] - 2.0 * (inputs @ self._centres.T) + self._squares
+        squares = dot(inputs, inputs) - 2.0 * (inputs @ self._centres.T) + self._squares
         exponents: FloatArray = self._scale * squares
         return exponents
 
@@ -49,7 +50,7 @@ class RadialBasisNetwork:
     Parameters
     ----------
     memory
-        Where the weights are kept.
+        Store of the weights.
     gain
         Learning gain; zero switches the network off.
     inverse_inertia

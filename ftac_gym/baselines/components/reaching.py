@@ -1,4 +1,4 @@
-"""Reaching laws: how fast the sliding variable shall go to zero."""
+"""Reaching laws: the demanded derivative of the sliding variable."""
 
 from __future__ import annotations
 
@@ -14,28 +14,25 @@ def switching(variable: FloatArray, layer: float | FloatArray) -> FloatArray:
     """Return sign(s), or tanh(s / layer) if there is a boundary layer.
 
     The papers print the sign. Sampled, it chatters with an amplitude in proportion to the sampling time; a layer of
-    about the switching gain times that time ends it. A layer for each craft (N, 1) is positive.
+    about the switching gain times that time removes the chatter. A layer for each spacecraft (N, 1) is positive.
     """
     sharp = not isinstance(layer, np.ndarray) and layer == 0.0
-    smooth: FloatArray = np.sign(variable) if sharp else np.tanh(variable * (1.0 / layer))
-    return smooth
+    return np.sign(variable) if sharp else np.tanh(variable * (1.0 / layer))
 
 
 def saturation(variable: FloatArray, width: float) -> FloatArray:
-    """Return x / width, held within +-1: the saturation functions (43) and (54) of Ma et al. 2023.
+    """Return x / width, clipped to +-1: the saturation functions (43) and (54) of Ma et al. 2023.
 
     A width of zero gives the sign.
     """
     if width == 0.0:
         return np.sign(variable)
-    held: FloatArray = np.minimum(np.maximum(variable * (1.0 / width), -1.0), 1.0)
-    return held
+    return np.minimum(np.maximum(variable * (1.0 / width), -1.0), 1.0)
 
 
 def soft_sign(variable: FloatArray, width: FloatArray) -> FloatArray:
     """Return x / (|x| + width), within +-1: the bounded feedback (18) of Ma et al. 2023."""
-    bounded: FloatArray = variable / (np.abs(variable) + width)
-    return bounded
+    return variable / (np.abs(variable) + width)
 
 
 @dataclass(frozen=True)
@@ -91,13 +88,12 @@ class ExponentialReaching:
         gain: float | FloatArray,
         layer: float | FloatArray,
     ) -> FloatArray:
-        """Return the same with another e1, e2 and layer, numbers or one for each craft (N, 1)."""
+        """Return the same with another e1, e2 and layer, numbers or columns (N, 1)."""
         distance = np.abs(variable)
         if self.power != 1:
             distance = distance**self.power
         share = self.floor + (1.0 - self.floor) * np.exp(-self.steepness * distance)
-        rate: FloatArray = -linear * variable - gain / share * switching(variable, layer)
-        return rate
+        return -linear * variable - gain / share * switching(variable, layer)
 
 
 @dataclass(frozen=True)

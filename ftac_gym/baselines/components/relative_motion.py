@@ -1,4 +1,4 @@
-"""How the body moves relative to its reference."""
+"""Motion of the body relative to its reference."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from ftac_gym.utils.parameters import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class RelativeMotion:
-    """Errors of N craft: q_e = conj(q_d) (x) q and w_e = w - C(q_e) w_d.
+    """Errors of N spacecraft: q_e = conj(q_d) (x) q and w_e = w - C(q_e) w_d.
 
     Attributes
     ----------
     error
-        q_e (N, 4), the short way, or with the sign that the two attitudes give it.
+        q_e (N, 4), the short way, or with the sign given by the two attitudes.
     rate_error
         w_e (N, 3), body axes [rad/s].
     reference_rate
@@ -37,18 +37,18 @@ class RelativeMotion:
 def relative_motion(
     attitude: FloatArray, measurement: Measurement, moving: bool, short_way: bool = True
 ) -> RelativeMotion:
-    """Return the motion of craft with an attitude (N, 4), measured or filtered, and the measured rate.
+    """Return the motion of spacecraft with an attitude (N, 4), measured or filtered, and the measured rate.
 
     Parameters
     ----------
     attitude
         (N, 4) quaternion of the body.
     measurement
-        Where the rate and the reference come from.
+        Source of the rate and the reference.
     moving
-        Whether the reference has a rate at all.
+        Whether the reference has a rate.
     short_way
-        Whether q_e is the one of the two quaternions with q0 >= 0.
+        Whether q_e is the quaternion with q0 >= 0.
     """
     if short_way:
         error = quaternion_error(attitude, measurement.reference_attitude)

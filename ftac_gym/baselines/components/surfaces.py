@@ -1,30 +1,21 @@
 """Sliding surfaces: the function c(x) of the attitude error in s = rate error + c(x), and its slope.
 
-A surface is evaluated once for both, ``term, slope = surface(x)`` with ``term' = slope * x'``, axis by axis; the law
-that uses it has c' as feed-forward.
+A surface is evaluated once for both, ``term, slope = surface(x)`` with ``term' = slope * x'``, axis by axis; c' is the
+feed-forward of a controller.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive, within
 
 
-class Surface(Protocol):
-    """A function of the attitude error and its slope."""
-
-    def __call__(self, error: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return c(x) and dc/dx, each (N, 3), for errors (N, 3)."""
-
-
 def signed_power(value: FloatArray, exponent: float) -> FloatArray:
     """Return sig(x)^a = |x|^a sign(x), elementwise."""
-    power: FloatArray = np.copysign(np.abs(value) ** exponent, value)
-    return power
+    return np.copysign(np.abs(value) ** exponent, value)
 
 
 @dataclass(frozen=True)
@@ -62,7 +53,7 @@ class FastTerminalSurface(_TerminalSurface):
     """c(x) = a x + b sig(x)^p, whose slope is singular at zero and is therefore held below a guard.
 
     Eqs. (29), (30) and (33) of Zhang and Zhou 2019, the last with the test on x itself (it is printed for x'). Within
-    the guard the slope is not that of c: the error there is what the law pays for having no singularity.
+    the guard the slope is not that of c: this error is the price of having no singularity.
 
     Parameters
     ----------
@@ -95,8 +86,8 @@ class FastTerminalSurface(_TerminalSurface):
 class NonsingularTerminalSurface(_TerminalSurface):
     """c(x) = k1 x + k2 S(x) with S = sig(x)^r outside |x| = mu and a parabola inside that continues it.
 
-    Eqs. (63), (64) of Zhang and Zhou 2019, for negative x too. The coefficients of the parabola c1 x + c2 x |x| are not
-    free, as it is printed: c1 = (2 - r) mu^(r-1) and c2 = (r - 1) mu^(r-2) make value and slope continuous.
+    Eqs. (63), (64) of Zhang and Zhou 2019, extended to negative x. The coefficients of the parabola c1 x + c2 x |x| are
+    not free, as printed: c1 = (2 - r) mu^(r-1) and c2 = (r - 1) mu^(r-2) make value and slope continuous.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ from ftac_gym.spacecraft.spacecraft import Spacecraft
 from ftac_gym.utils.parameters import FloatArray, positive, require
 
 SECTOR = 0.7
-"""Rates up to this belong to the model [rad/s], as in section 5 of Li et al. 2023."""
+"""Largest rate of the model [rad/s], as in section 5 of Li et al. 2023."""
 
 
 def corners(bound: float = SECTOR) -> FloatArray:
@@ -24,16 +24,16 @@ _SIGNS = corners(1.0)
 
 
 class Membership(Protocol):
-    """How much each rule fires."""
+    """Weights of the rules."""
 
     def __call__(self, rate: FloatArray) -> FloatArray:
         """Return weights (N, 8), not negative and with sum 1, for rates (N, 3) [rad/s]."""
 
 
 class TriangularSets:
-    """h_i = product over the axes of (1 +- w_j / bound) / 2: what is affine in the rate, the blend has exactly.
+    """h_i = product over the axes of (1 +- w_j / bound) / 2: the blend is exact for functions affine in the rate.
 
-    Rates beyond the bound count as the bound.
+    Rates beyond the bound are replaced by the bound.
 
     Parameters
     ----------
@@ -79,14 +79,14 @@ class GaussianSets:
     def __call__(self, rate: FloatArray) -> FloatArray:
         """Return the weights (N, 8) of rates (N, 3) [rad/s]."""
         distance = ((rate[:, None, :] - self._corners) ** 2).sum(axis=2)
-        # From the nearest corner on: far outside the box all eight would vanish.
+        # Relative to the nearest corner: far outside of the box all eight underflow.
         weights = np.exp(-self._sharpness * (distance - distance.min(axis=1, keepdims=True)))
         normalised: FloatArray = weights / weights.sum(axis=1, keepdims=True)
         return normalised
 
 
 class NearestRule:
-    """The rule of the nearest corner fires alone; on an axis of no rate it is that of the positive one."""
+    """The rule of the nearest corner has weight one; at zero rate the corner is the positive one."""
 
     def __call__(self, rate: FloatArray) -> FloatArray:
         """Return the weights (N, 8) of rates (N, 3) [rad/s]."""
@@ -101,9 +101,10 @@ class TakagiSugenoModel:
         w' = sum h_i {A_i w + B (t + f + d) + D_i (eta, eta')},   (eta, eta') = varpi - (0, delta w)
         varpi' = A_v varpi + B_v w,   varpi = (eta, eta' + delta w)
 
-    with A_i = -B w_i x J, B = (J - delta' delta)^-1, D_i = B [delta' K, delta' C - w_i x delta'], the latter at the
-    corner w_i too (printed, it has the rate itself): both are affine in w, and the blend over triangular sets is the
-    nonlinear model itself.
+    with A_i = -B w_i x J, B = (J - delta' delta)^-1 and D_i = B [delta' K, delta' C - w_i x delta'].
+
+    D_i is taken at the corner w_i as well (printed, it has the rate itself). Both are affine in w, and the blend over
+    triangular sets is the nonlinear model itself.
 
     Parameters
     ----------
@@ -161,7 +162,7 @@ class TakagiSugenoModel:
         weights
             h (N, 8).
         rate, torque
-            w [rad/s] and everything that turns the body [N m], each (N, 3).
+            w [rad/s] and the whole torque on the body [N m], each (N, 3).
         vibration
             varpi (N, 2k).
         """

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from ftac_gym.baselines.components.adaptation import LeakyAdaptation
 from ftac_gym.baselines.components.reaching import PowerReaching
+from ftac_gym.baselines.components.rows import dot
 from ftac_gym.baselines.components.surfaces import NonsingularTerminalSurface
 from ftac_gym.baselines.controllers.hybrid import HybridController, HybridGains, Lifted
 from ftac_gym.baselines.gains import Range, changed, parameter
 from ftac_gym.baselines.rules import Interval
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, positive
 
 
@@ -51,8 +50,8 @@ class AFNTSMC(HybridController):
 
     gains = AFNTSMCGains()
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
+    def _build(self) -> None:
+        super()._build()
         own = self.gains
         self._surface = NonsingularTerminalSurface(own.linear, own.terminal, own.exponent, own.bound)
         self._reaching = PowerReaching(own.reaching_linear, own.reaching_power_gain, own.reaching_exponent)
@@ -73,7 +72,7 @@ class AFNTSMC(HybridController):
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m]."""
         variable = self._variable(self._lifted(measurement, move_on=True))
-        square = np.einsum("ni,ni->n", measurement.rate, measurement.rate)[:, None]
+        square = dot(measurement.rate, measurement.rate)
         growth = np.maximum(square * square, square)
         adaptive = self._half * (self._still.value + self._turning.value * growth)
         torque = self._reaching(variable) - adaptive * variable

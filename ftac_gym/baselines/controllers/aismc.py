@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +12,6 @@ from ftac_gym.baselines.components.takagi_sugeno import TriangularSets
 from ftac_gym.baselines.controllers.flexible import FlexibleController, FlexibleGains, scheduled_feedback
 from ftac_gym.baselines.gains import Range, changed, fixed, parameter
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
 
@@ -38,9 +36,9 @@ class AISMC(FlexibleController):
         torque = -(sum h_i |K_i s| + sigma + |S|) s / (|s| + layer) - g(s)
         S = s - integral of sum h_i (A_i + B K_i) s
 
-    It has no observer: faults, disturbance and vibration are left to |S|, which grows for as long as s does not do what
-    A_i + B K_i would have it do, and never knows in which direction. K_i is that of the fuzzy controller: the paper
-    takes it from a theorem of another one. The integral is the trapezoidal rule.
+    There is no observer: faults, disturbance and vibration are left to |S|. It grows while s deviates from the motion
+    by A_i + B K_i, without the direction of the deviation. K_i is that of the fuzzy controller: the paper takes it
+    from a theorem of another one. The integral is the trapezoidal rule.
 
     Raises
     ------
@@ -50,9 +48,9 @@ class AISMC(FlexibleController):
 
     gains = AISMCGains()
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
-        self._feedback = scheduled_feedback(scenario, self.gains.design)
+    def _build(self) -> None:
+        super()._build()
+        self._feedback = scheduled_feedback(self.scenario, self.gains.design)
         self._quick_inverse: FloatArray = np.linalg.inv(self._quick_inertia).astype(np.float64)
         self._membership = TriangularSets()
         self.memory.add("integral", (3,))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from ftac_gym.baselines.gains import Range, parameter
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilterGains
 from ftac_gym.baselines.rules import flag
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
 
@@ -53,8 +52,8 @@ class ChenController(DirectController):
     gains = ChenGains()
     rest_only: ClassVar[str] = "this law has no term for a reference rate"
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
+    def _build(self) -> None:
+        super()._build()
         self._hybrid = None if self.gains.shadow_switch else HybridError(self.memory, None)
 
     def _sigma(self, measurement: Measurement, move_on: bool) -> FloatArray:
@@ -63,5 +62,4 @@ class ChenController(DirectController):
         if self._hybrid is not None:
             error, _ = self._hybrid.update(error) if move_on else self._hybrid.peek(error)
         # At 360 degrees, where sigma is infinite, the direction is that of rounding errors.
-        sigma: FloatArray = error[:, 1:] / np.maximum(1.0 + error[:, :1], 1e-12)
-        return sigma
+        return error[:, 1:] / np.maximum(1.0 + error[:, :1], 1e-12)

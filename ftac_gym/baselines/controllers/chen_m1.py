@@ -20,7 +20,6 @@ from ftac_gym.baselines.gains import Range, changed, fixed, parameter
 from ftac_gym.baselines.rules import Choice, Interval, Whole
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.prescribed_bound import PrescribedBound
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
 
@@ -70,9 +69,10 @@ class ChenM1(ChenController):
         s2 = w - x_c
         v  = J0 [-k2 s2 - theta P'P s2 / (2 h^2) - tau2 sig(s2)^g]
 
-    with theta and P of :class:`~..components.fuzzy.FuzzyApproximator` on (w, x_c, x_c'). theta takes one Euler
-    step per call, filter and xi take ``filter_substeps`` with the virtual control held. r^-1 times epsilon is largest
-    inside the bounds and zero at them, where the virtual control moves with the bound and does not leave it.
+    with theta and P of :class:`~ftac_gym.baselines.components.fuzzy.FuzzyApproximator` on (w, x_c, x_c'). One call
+    takes one Euler step of theta, and ``filter_substeps`` of filter and xi with the virtual control held. The product
+    of r^-1 and epsilon is largest inside the bounds and zero at them. There the virtual control moves with the bound
+    and does not leave it.
 
     ``filter_substeps=0`` takes x_c = a, which leaves xi at zero: with ``rate_power_gain=0`` this is stable with a hold
     of 0.05 to 0.2 s; with the filter it is not.
@@ -87,11 +87,11 @@ class ChenM1(ChenController):
 
     gains = ChenM1Gains()
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
+    def _build(self) -> None:
+        super()._build()
         own = self.gains
         self._reaching = PowerReaching(own.rate_gain, own.rate_power_gain, own.power)
-        self._error = PrescribedError(scenario, self.memory, own.bound, own.mirror, own.margin)
+        self._error = PrescribedError(self.scenario, self.memory, own.bound, own.mirror, own.margin)
         self._fuzzy = FuzzyApproximator(self.memory, 9, own.fuzzy_gain, own.fuzzy_leak, own.fuzzy_width, self._period)
         self._command_filter = None
         if own.filter_substeps > 0:
@@ -123,8 +123,7 @@ class ChenM1(ChenController):
         """Return s2 (N, 3) [rad/s] at a measurement, for its unfiltered attitude."""
         sigma = self._sigma(measurement, move_on=False)
         transformed, _ = self._error.peek(sigma, measurement.time)
-        variable: FloatArray = measurement.rate - self._followed(self._virtual(sigma, transformed))
-        return variable
+        return measurement.rate - self._followed(self._virtual(sigma, transformed))
 
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m]."""

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from ftac_gym.attitude import angular_velocity_from_mrp
 from ftac_gym.baselines.components.fuzzy import FuzzyApproximator
 from ftac_gym.baselines.controllers.chen import ChenController, ChenFuzzyGains
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray
 
 
@@ -21,16 +18,15 @@ class ChenM2(ChenController):
 
     gains = ChenFuzzyGains()
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
+    def _build(self) -> None:
+        super()._build()
         own = self.gains
         self._fuzzy = FuzzyApproximator(self.memory, 6, own.fuzzy_gain, own.fuzzy_leak, own.fuzzy_width, self._period)
 
     def sliding_variable(self, measurement: Measurement) -> FloatArray:
         """Return z2 (N, 3) [rad/s] at a measurement, for its unfiltered attitude."""
         sigma = self._sigma(measurement, move_on=False)
-        variable: FloatArray = measurement.rate + self.gains.attitude_gain * angular_velocity_from_mrp(sigma, sigma)
-        return variable
+        return measurement.rate + self.gains.attitude_gain * angular_velocity_from_mrp(sigma, sigma)
 
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m]."""

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from ftac_gym.baselines.components.adaptation import LeakyAdaptation
 from ftac_gym.baselines.components.reaching import PowerReaching
+from ftac_gym.baselines.components.rows import dot, length
 from ftac_gym.baselines.components.surfaces import NonsingularTerminalSurface
 from ftac_gym.baselines.controllers.chen import ChenController, ChenGains
 from ftac_gym.baselines.gains import Range, parameter
 from ftac_gym.baselines.rules import Interval, flag
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, positive
 
 
@@ -57,8 +56,8 @@ class ChenM3(ChenController):
 
     gains = ChenM3Gains()
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
+    def _build(self) -> None:
+        super()._build()
         own = self.gains
         self._surface = NonsingularTerminalSurface(own.linear, own.terminal, own.exponent, own.bound)
         self._reaching = PowerReaching(own.reaching_linear, own.reaching_power_gain, own.reaching_exponent)
@@ -79,11 +78,11 @@ class ChenM3(ChenController):
         """Return the wheel torques to command, (N, wheels) [N m]."""
         rate = measurement.rate
         variable = self._variable(self._sigma(measurement, move_on=True), rate)
-        distance = np.sqrt(np.einsum("ni,ni->n", variable, variable))[:, None]
-        square = np.einsum("ni,ni->n", rate, rate)[:, None]
+        distance = length(variable)
+        square = dot(rate, rate)
         powers = np.concatenate([np.ones_like(square), np.sqrt(square), square], axis=1)
         bounds = self._growth.value
-        largest = np.einsum("ni,ni->n", bounds, powers)[:, None]
+        largest = dot(bounds, powers)
         outside = distance * largest > self.gains.layer
         safe = np.maximum(distance, 1e-150)
         share = np.where(outside, largest / safe, largest**2 / self.gains.layer)

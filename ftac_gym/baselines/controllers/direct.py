@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from ftac_gym.baselines.baseline import Baseline
 from ftac_gym.baselines.components.allocation import MinimaxAllocation, within_limits
 from ftac_gym.baselines.components.relative_motion import RelativeMotion, relative_motion
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter, AttitudeFilterGains
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray
 
 
@@ -22,10 +19,10 @@ class DirectController(Baseline):
 
     gains = AttitudeFilterGains()
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
-        self._minimax = MinimaxAllocation(scenario.spacecraft.wheels)
-        self._filter = AttitudeFilter(scenario, self.memory, self.gains.attitude_filter_time)
+    def _build(self) -> None:
+        super()._build()
+        self._minimax = MinimaxAllocation(self.scenario.spacecraft.wheels)
+        self._filter = AttitudeFilter(self.scenario, self.memory, self.gains.attitude_filter_time)
 
     def _motion(self, measurement: Measurement, move_on: bool, short_way: bool) -> RelativeMotion:
         """Return the errors for the filtered attitude, or for the measured one without a change of the memory.

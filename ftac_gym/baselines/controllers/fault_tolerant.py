@@ -18,7 +18,6 @@ from ftac_gym.baselines.fault_source import FaultSource
 from ftac_gym.baselines.gains import Gains, SearchSpace, parameter
 from ftac_gym.baselines.rules import Interval, mapping
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, require
 
 
@@ -48,22 +47,22 @@ class FaultTolerantController(Baseline):
     allocation_power: ClassVar[float] = 1.0
     """Exponent of the allocation, see :class:`~ftac_gym.baselines.components.allocation.EffectivenessAllocation`."""
     takes_torques: ClassVar[bool] = False
-    """Whether the controller can subtract an estimated torque on the body; else it needs estimates of the wheels."""
+    """True for a controller that subtracts an estimated torque on the body; else it needs estimates of the wheels."""
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
+    def _build(self) -> None:
+        super()._build()
         faults, rule = (
             self.gains.faults,
             "must be an observer of single wheels: this law takes no torque on the body off",
         )
         require(self.takes_torques or faults not in observers.OF_TORQUES, "faults", rule, faults)
         self._inverse_inertia: FloatArray = np.linalg.inv(self._inertia).astype(np.float64)
-        axes = scenario.spacecraft.wheels.axis_matrix
+        axes = self.scenario.spacecraft.wheels.axis_matrix
         self._axes_transposed = axes.T.copy()
-        self._gyroscopic = GyroscopicModel(scenario, telemetry=False)
+        self._gyroscopic = GyroscopicModel(self.scenario, telemetry=False)
         self._allocation = EffectivenessAllocation(axes, self.allocation_power, self.gains.smallest_effectiveness)
-        self._minimax = MinimaxAllocation(scenario.spacecraft.wheels)
-        self._faults = FaultSource(scenario, self.memory, faults, self.gains.observer)
+        self._minimax = MinimaxAllocation(self.scenario.spacecraft.wheels)
+        self._faults = FaultSource(self.scenario, self.memory, faults, self.gains.observer)
         self.information = self._faults.information
 
     @classmethod

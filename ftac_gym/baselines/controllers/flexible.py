@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -42,13 +42,13 @@ class FlexibleGains(AttitudeFilterGains, FaultTolerantGains):
 class FlexibleController(FaultTolerantController):
     """A controller for a body of inertia J - delta' delta with appendages (Eqs. (35), (36) of Li et al. 2023).
 
-    The momentum of the wheels is not in the paper's equations: where a scenario has it, its torque is a fault for the
+    The momentum of the wheels is not in the paper's equations. In a scenario with it, its torque is a fault for the
     observer, and a disturbance for a controller without one.
 
         torque = the subclass's - g(s) - f^ - d^
 
-    with q_e, w_e the errors, s = w_e + beta q_ev, f^ the torque of faults and d^ the torque of vibration that an
-    observer estimates, and g the torque of the nonlinear rest of s' (times J - delta' delta):
+    with the errors q_e and w_e and s = w_e + beta q_ev. The observer estimates f^, the torque of faults, and d^, that
+    of vibration. The last term g is the torque of the nonlinear rest of s' (times J - delta' delta):
 
         g = (J - delta' delta) (beta (q_e0 w_e + q_ev x w_e) / 2 - feed-forward) + w x J (beta q_ev - C(q_e) w_d)
     """
@@ -56,10 +56,10 @@ class FlexibleController(FaultTolerantController):
     gains = FlexibleGains()
     takes_torques: ClassVar[bool] = True
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
-        self._quick_inertia = scenario.spacecraft.quick_inertia
-        self._filter = AttitudeFilter(scenario, self.memory, self.gains.attitude_filter_time)
+    def _build(self) -> None:
+        super()._build()
+        self._quick_inertia = self.scenario.spacecraft.quick_inertia
+        self._filter = AttitudeFilter(self.scenario, self.memory, self.gains.attitude_filter_time)
 
     @abstractmethod
     def _torque(self, measurement: Measurement, motion: RelativeMotion, variable: FloatArray) -> FloatArray:
@@ -77,8 +77,7 @@ class FlexibleController(FaultTolerantController):
         if motion.reference_rate is not None:
             change = change - motion.feed_forward(measurement)
             carried = carried - motion.reference_rate
-        torque: FloatArray = change @ self._quick_inertia + cross(measurement.rate, carried @ self._inertia)
-        return torque
+        return change @ self._quick_inertia + cross(measurement.rate, carried @ self._inertia)
 
     def _gyroscopic_torque(self, measurement: Measurement, motion: RelativeMotion) -> FloatArray:
         """Return the torque along the reference, w x J w and that of its acceleration (N, 3) [N m]."""
@@ -110,8 +109,7 @@ class FlexibleController(FaultTolerantController):
 def scheduled_feedback(scenario: Scenario, design: str, share: float = 1.0, scheduled: bool = True) -> FloatArray:
     """Return K_i (8, 3, 3) [N m s/rad] from a design, times a share; all are their mean unless scheduled.
 
-    The design has a proof for every blend of the rules, but for a share of one only; another share is checked rule by
-    rule.
+    The design has a proof for every blend of the rules at a share of one. Another share is checked rule by rule.
 
     Raises
     ------

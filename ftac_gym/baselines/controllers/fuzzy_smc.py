@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
-
-import numpy as np
 
 from ftac_gym.baselines.components.relative_motion import RelativeMotion
+from ftac_gym.baselines.components.rows import length
 from ftac_gym.baselines.components.takagi_sugeno import TriangularSets
 from ftac_gym.baselines.controllers.flexible import FlexibleController, FlexibleGains, scheduled_feedback
 from ftac_gym.baselines.gains import Range, changed, parameter
 from ftac_gym.baselines.rules import flag
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
 
@@ -52,16 +49,16 @@ class FuzzySMC(FlexibleController):
 
     gains = FuzzySMCGains()
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
+    def _build(self) -> None:
+        super()._build()
         own = self.gains
-        feedback = scheduled_feedback(scenario, own.design, own.feedback_share, own.scheduled)
+        feedback = scheduled_feedback(self.scenario, own.design, own.feedback_share, own.scheduled)
         self._membership = TriangularSets()
         self._feedback = feedback.reshape(len(feedback), 9)
 
     def _torque(self, measurement: Measurement, motion: RelativeMotion, variable: FloatArray) -> FloatArray:
         gains = (self._membership(measurement.rate) @ self._feedback).reshape(-1, 3, 3)
-        size = np.sqrt(np.einsum("ni,ni->n", variable, variable))[:, None]
+        size = length(variable)
         torque: FloatArray = (gains @ variable[:, :, None])[:, :, 0]
         own = self.gains
         torque -= (own.linear + own.switching / (size + own.layer)) * variable

@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ftac_gym.baselines.components.reaching import saturation, soft_sign
+from ftac_gym.baselines.components.rows import dot, length
 from ftac_gym.baselines.controllers.hybrid import HybridController, HybridGains, Lifted
 from ftac_gym.baselines.gains import Range, SearchSpace, parameter
 from ftac_gym.baselines.rules import Choice, Interval
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
 SMALLEST_GAMMA = 1e-100
@@ -71,15 +71,15 @@ class HSFC(HybridController):
     (1 - g0)/g0 |u1| > |u1_i|: the body then creeps with rates within the layer. ``"componentwise"`` takes |u1_i|, with
     which the bound (21) holds as well; ``"sliding"`` takes sat(S_i / layer) for sat(w_e,i / layer).
 
-    g stays positive, above 1e-100 in numbers: it is stepped as g exp(T g'/g), which is exact while g'/g is constant.
+    g stays positive, above 1e-100. It is stepped as g exp(T g'/g), which is exact while g'/g is constant.
     g can go to zero, and the attitude feedback with it: V of the paper's proof vanishes for g = 0, w_e = 0 and any
     attitude. ``gamma_floor`` is the smallest change that prevents this.
     """
 
     gains = HSFCGains()
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
+    def _build(self) -> None:
+        super()._build()
         effectiveness = self.gains.smallest_effectiveness
         self._share = (1.0 - effectiveness) / effectiveness
         self._floor = max(self.gains.gamma_floor, SMALLEST_GAMMA)
@@ -131,12 +131,10 @@ class HSFC(HybridController):
     def _fault_torque(self, torque: FloatArray, errors: _Errors) -> FloatArray:
         """Return -u2 g0 / (1 - g0) (N, 3) [N m] for u1 (N, 3)."""
         if self.gains.compensation == "componentwise":
-            componentwise: FloatArray = np.abs(torque) * saturation(errors.rate, self.gains.layer)
-            return componentwise
+            return np.abs(torque) * saturation(errors.rate, self.gains.layer)
         along = errors.rate if self.gains.compensation == "norm" else errors.variable
-        norm = np.sqrt(np.einsum("ni,ni->n", torque, torque))[:, None]
-        braking: FloatArray = norm * saturation(along, self.gains.layer)
-        return braking
+        norm = length(torque)
+        return norm * saturation(along, self.gains.layer)
 
     def _adapt(self, errors: _Errors, soft: FloatArray) -> None:
         """Move the adaptive gain on by one period."""
@@ -145,7 +143,7 @@ class HSFC(HybridController):
         far = gamma**2 * (1.0 + own.smoothing)
         closing = errors.turn * errors.rate / (np.abs(errors.variable) + soft)
         each = closing - speed * (1.0 + own.smoothing) / (speed + far)
-        along = np.einsum("ni,ni->n", errors.turn, errors.variable)[:, None]
+        along = dot(errors.turn, errors.variable)
         drive = own.gain * each.sum(axis=1, keepdims=True) - 0.5 * own.attitude_gain * along
         weight = own.adaptation / (1.0 + (2.0 * own.adaptation * own.attitude_gain) * (1.0 - errors.scalar))
         self.memory["gamma"] = np.maximum(gamma * np.exp(self._period * weight * drive), self._floor)

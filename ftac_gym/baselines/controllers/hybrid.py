@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from ftac_gym.baselines.gains import parameter
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilterGains
 from ftac_gym.baselines.rules import Interval, Optional
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, non_negative
 
 
@@ -41,8 +40,8 @@ class HybridController(DirectController):
 
     gains = HybridGains()
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
+    def _build(self) -> None:
+        super()._build()
         self._hybrid = HybridError(self.memory, self.gains.hysteresis)
         self._largest_inertia = float(np.linalg.norm(self._inertia, 2))
 
@@ -57,8 +56,7 @@ class HybridController(DirectController):
         assert motion.reference_rate is not None
         acceleration = rotate_to_body(motion.error, measurement.reference_acceleration)
         momentum = motion.reference_rate @ self._inertia
-        torque: FloatArray = cross(motion.reference_rate, momentum) + acceleration @ self._inertia
-        return torque
+        return cross(motion.reference_rate, momentum) + acceleration @ self._inertia
 
     def _feed_forward_bound(self, rate: float, acceleration: float) -> float:
         """Return the largest component of the feed-forward [N m]: J_M (c1^2 + c2).

@@ -4,26 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
-from ftac_gym.baselines.baseline import Baseline
-from ftac_gym.baselines.components.allocation import MinimaxAllocation, pseudo_inverse, scale_to_limits
+from ftac_gym.baselines.components.allocation import pseudo_inverse, scale_to_limits
 from ftac_gym.baselines.components.gyroscopic import GyroscopicModel
-from ftac_gym.baselines.components.relative_motion import relative_motion
+from ftac_gym.baselines.components.rows import length
+from ftac_gym.baselines.controllers.direct import DirectController
 from ftac_gym.baselines.estimate import FaultEstimate
-from ftac_gym.baselines.gains import Gains, Range, Share, parameter
-from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter
+from ftac_gym.baselines.gains import Range, Share, changed, parameter
+from ftac_gym.baselines.observers.attitude_filter import AttitudeFilterGains
 from ftac_gym.baselines.observers.disturbance_observer import DisturbanceObserver
 from ftac_gym.baselines.rules import AtMost, Choice, flag
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import FloatArray, non_negative, positive, require
+from ftac_gym.utils.parameters import FloatArray, positive
 
 
 @dataclass(frozen=True)
-class PDGains(Gains):
+class PDGains(AttitudeFilterGains):
     """Gains of :class:`PD`.
 
     The sampled rate loop of a 10 Hz controller is stable below a rate gain of 20 1/s. The search up to 8 1/s keeps a
@@ -31,42 +30,29 @@ class PDGains(Gains):
     """
 
     braking_share: float = parameter(
-        0.7234,
-        "Share of the available deceleration that the profile uses",
-        "",
-        AtMost(1.0),
-        Range(0.2, 1.0),
-        (0.4, 1.0),
+        0.7234, "Share of the available deceleration in the profile", "", AtMost(1.0), Range(0.2, 1.0), (0.4, 1.0)
     )
     rate_limit: float = parameter(
         0.1659, "Largest commanded slew rate", "rad/s", positive, Range(0.05, 0.3), schedule=(0.08, 0.3)
     )
     rate_gain: float = parameter(7.7145, "c_d", "1/s", positive, Range(0.5, 8.0), schedule=(3.0, 9.5))
     position_gain: float = parameter(
-        3.9498, "c_p, below c_d", "1/s", positive, Range(0.1, 0.8), (0.2, 0.8), Share("position_share", of="rate_gain")
+        3.9498, "c_p", "1/s", positive, Range(0.1, 0.8), (0.2, 0.8), Share("position_share", of="rate_gain")
     )
-    attitude_filter_time: float = parameter(
-        1.7035, "Time constant of the attitude filter. Zero for no filter", "s", non_negative, Range(0.1, 5.0)
-    )
+    attitude_filter_time: float = changed(AttitudeFilterGains, "attitude_filter_time", 1.7035, search=Range(0.1, 5.0))
     allocation: str = parameter("minimax", "Allocation to the wheels", rule=Choice(("minimax", "pseudo_inverse")))
     telemetry: bool = parameter(False, "Whether the gyroscopic torque uses the measured wheel momentum", rule=flag)
 
-    def __post_init__(self) -> None:
-        """Check the fields."""
-        super().__post_init__()
-        rule = f"must be below rate_gain = {self.rate_gain!r}"
-        require(self.position_gain < self.rate_gain, "position_gain", rule, self.position_gain)
 
-
-class PD(Baseline):
+class PD(DirectController):
     """Quaternion PD control that brakes in time.
 
     With the error angle theta about the axis n (short way) and the rate error w_e, all in body axes:
 
         torque = J (n s s' + c_d (-n s - w_e)) + feed-forward of the reference
 
-    where s(theta) is the demanded rate of decrease of the error: c_p theta near the target, and sqrt(2 a (theta -
-    a / (2 c_p^2))) beyond theta = a / c_p^2, so that the braking it demands never exceeds a; at most the rate limit.
+    where s(theta) is the demanded rate of decrease of the error, at most the rate limit. It is c_p theta near the
+    target, and sqrt(2 a (theta - a / (2 c_p^2))) beyond theta = a / c_p^2, so that the braking never exceeds a.
     Near the target this is the PD law of stiffness c_p (c_d - c_p) J and damping c_d J. The deceleration a is a share
     of the largest that healthy wheels can give about n. Wheel torques beyond the limits are scaled together, which
     keeps the direction of the torque.
@@ -80,26 +66,23 @@ class PD(Baseline):
     gains = PDGains()
     needs_torque_limits: ClassVar[bool] = True
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
-        wheels = scenario.spacecraft.wheels
-        self._minimax = MinimaxAllocation(wheels)
-        pseudo = self.gains.allocation == "pseudo_inverse"
-        self._inverse = pseudo_inverse(wheels.axis_matrix).T if pseudo else None
-        self._filter = AttitudeFilter(scenario, self.memory, self.gains.attitude_filter_time)
-        self._gyroscopic = GyroscopicModel(scenario, self.gains.telemetry)
+    def _build(self) -> None:
+        super()._build()
+        axes, pseudo = self.scenario.spacecraft.wheels.axis_matrix, self.gains.allocation == "pseudo_inverse"
+        self._inverse = pseudo_inverse(axes).T if pseudo else None
+        self._gyroscopic = GyroscopicModel(self.scenario, self.gains.telemetry)
 
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m]."""
-        return self._allocate(self._demand(measurement))
+        return self._to_wheels(self._demand(measurement))
 
     def _demand(self, measurement: Measurement) -> FloatArray:
         """Return the torque demanded on the body, (N, 3) [N m]."""
         gains: PDGains = self.scheduled
-        motion = relative_motion(self._filter.update(measurement), measurement, self._moving)
+        motion = self._motion(measurement, move_on=True, short_way=True)
         error, rate_error = motion.error, motion.rate_error
         vector = error[:, 1:]
-        sine = np.sqrt(np.einsum("ij,ij->i", vector, vector))[:, None]
+        sine = length(vector)
         angle = 2.0 * np.arctan2(sine, error[:, :1])
         axis = vector / np.maximum(sine, 1e-12)
         # The acceleration that the wheels can give about the axis: inverse of the share of their limits for 1 rad/s^2.
@@ -117,10 +100,9 @@ class PD(Baseline):
         if self._moving:
             acceleration += motion.feed_forward(measurement)
         torque = acceleration @ self._inertia
-        demand: FloatArray = torque + self._gyroscopic.torque(measurement.rate, measurement.wheel_momentum)
-        return demand
+        return torque + self._gyroscopic.torque(measurement.rate, measurement.wheel_momentum)
 
-    def _allocate(self, torque: FloatArray) -> FloatArray:
+    def _to_wheels(self, torque: FloatArray) -> FloatArray:
         command = self._minimax(torque) if self._inverse is None else torque @ self._inverse
         return scale_to_limits(command, self._torque_limits)
 
@@ -137,9 +119,9 @@ class PDDisturbanceObserver(PD):
 
     gains = PDDisturbanceObserverGains()
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
-        self._observer = DisturbanceObserver(scenario, self.memory, self.gains.bandwidth, self._gyroscopic)
+    def _build(self) -> None:
+        super()._build()
+        self._observer = DisturbanceObserver(self.scenario, self.memory, self.gains.bandwidth, self._gyroscopic)
 
     def _schedule(self, gains: Mapping[str, FloatArray]) -> None:
         super()._schedule(gains)
@@ -147,7 +129,7 @@ class PDDisturbanceObserver(PD):
 
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m]."""
-        return self._allocate(self._demand(measurement) - self._observer.update(measurement))
+        return self._to_wheels(self._demand(measurement) - self._observer.update(measurement))
 
     @property
     def estimate(self) -> FaultEstimate:

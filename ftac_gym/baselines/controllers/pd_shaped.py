@@ -1,9 +1,9 @@
-"""PD control about a slew that leaves the appendages at rest: the baseline that knows of vibration."""
+"""PD control about a slew that leaves the appendages at rest."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -20,7 +20,6 @@ from ftac_gym.baselines.gains import Range, changed, parameter
 from ftac_gym.baselines.memory import BoolArray
 from ftac_gym.baselines.rules import AtMost, Optional, Whole
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray
 
 _FIRST_AXIS = np.array([1.0, 0.0, 0.0])
@@ -41,7 +40,7 @@ class ShapedPDGains(PDDisturbanceObserverGains):
     position_gain: float = changed(PDDisturbanceObserverGains, "position_gain", schedule=(0.1, 0.8))
     acceleration_share: float = parameter(
         0.5,
-        "Share of what healthy wheels can give about an axis that the turn, and the stop, use. The rest is for "
+        "Share of the acceleration of healthy wheels about an axis for the turn and the stop. The rest is for "
         "feedback, weak wheels and the gyroscopic torque",
         rule=AtMost(1.0),
         search=Range(0.2, 0.9),
@@ -53,21 +52,22 @@ class ShapedPDGains(PDDisturbanceObserverGains):
 class ShapedPD(PDDisturbanceObserver):
     """``pd_dob`` about a shaped slew instead of about the set point.
 
-    At its first call, and whenever the set point changes, it plans a motion from the attitude q_0 and rate w_0 of that
-    moment to the set point:
+    The first call, and each after a change of the set point, plans a motion from the attitude q_0 and rate w_0 to the
+    set point:
 
         q_d(t) = q_0 (x) [n theta(t)] (x) [m phi(t)],    w_d = m phi' + C(m phi) n theta'
 
-    where [.] is the quaternion of a rotation vector. phi takes out w_0 about its own axis m, from phi' = |w_0| to rest;
-    theta turns from rest to rest about the axis n that leads to the set point from where that stop would end. Both are
-    accelerated by at most a share of what healthy wheels can give about their axes, and both are convolved with an
-    input shaper for the clamped modes (:mod:`~..input_shaping`; Singer and Seering 1990). phi stays
-    small, so that w_d' is all but linear in the shaped accelerations: a hub that follows leaves the modes at rest.
+    where [.] is the quaternion of a rotation vector. phi removes w_0 about its own axis m, from phi' = |w_0| to rest;
+    theta turns from rest to rest about the axis n that leads to the set point from the end of that stop. Both are
+    accelerated by at most a share of the acceleration that healthy wheels can give about their axes. Both are convolved
+    with an input shaper for the clamped modes (:mod:`~ftac_gym.baselines.components.input_shaping`; Singer and Seering
+    1990). phi stays small, so that w_d' is nearly linear in the shaped accelerations: a hub that follows leaves the
+    modes at rest.
 
-    The torque is that of ``pd_dob`` with the errors with respect to q_d and w_d, and J times the mean of w_d' over the
-    coming period fed forward. A craft that falls behind, because of a fault, brakes in time by the profile of
-    :class:`PD`: far from the plan this is ``pd_dob``, with no state that could wind up, and the plan waits at the set
-    point.
+    The torque is that of ``pd_dob`` for the errors with respect to q_d and w_d, with a feed-forward of J times the mean
+    w_d' of the coming period. A spacecraft that falls behind because of a fault brakes in time by the profile of
+    :class:`PD`. Far from the plan the controller is ``pd_dob``, without a state that could wind up, and the plan ends
+    at the set point.
 
     Raises
     ------
@@ -78,21 +78,21 @@ class ShapedPD(PDDisturbanceObserver):
     gains = ShapedPDGains()
     rest_only: ClassVar[str] = "the slew is planned to an attitude that stays"
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
-        self._shaper = shaper_of(scenario.spacecraft.appendages, self.gains.order, self.gains.shaped_modes)
+    def _build(self) -> None:
+        super()._build()
+        self._shaper = shaper_of(self.scenario.spacecraft.appendages, self.gains.order, self.gains.shaped_modes)
         # The PD law follows the plan, which moves.
         self._moving = True
         memory = self.memory
         memory.add("slew_unplanned", (), initial=True)
         memory.add("slew_set_point", (4,))
         memory.add("slew_start", ())
-        # Accelerations of turn and stop that set in at five moments: those of the turn, then the end of the stop. The
-        # moments are there twice, the second time as seen one period later.
+        # Steps of the accelerations of turn and stop at five times: four of the turn, then the end of the stop. The
+        # times are stored twice, the second time relative to the end of the period.
         memory.add("slew_weights", (5, 2))
         memory.add("slew_switches", (10,))
         memory.add("slew_first_rate", (1,))
-        # What the planned attitude and rate are sums of.
+        # Terms of the planned attitude and rate.
         memory.add("slew_attitudes", (4, 4))
         memory.add("slew_axes", (4, 3))
 
@@ -108,10 +108,10 @@ class ShapedPD(PDDisturbanceObserver):
             self._plan(measurement.take(np.flatnonzero(new)), new)
         since = (measurement.time - memory["slew_start"])[:, None] - memory["slew_switches"]
         ramp, parabola = self._shaper.ramp_and_parabola(since)
-        # By moment, now and one period on, and by motion, turn and stop.
+        # By time, now and one period later, and by motion, turn and stop.
         rates = ramp.reshape(-1, 2, 5) @ memory["slew_weights"]
         angles = parabola.reshape(-1, 2, 5) @ memory["slew_weights"]
-        # The stop changes the first rate, which goes on until then; the first switch is where time begins.
+        # The stop changes the first rate, which lasts until then; the first switch is at time zero.
         first_rate = memory["slew_first_rate"]
         stop = angles[:, :, 1] + first_rate * since[:, ::5]
         turn_rate = rates[:, :, 0]
@@ -134,13 +134,13 @@ class ShapedPD(PDDisturbanceObserver):
         )
 
     def _plan(self, measurement: Measurement, new: BoolArray) -> None:
-        """Plan the motion of the craft in the mask (N,) from what they measure (n craft)."""
+        """Plan the motion of the n spacecraft in the mask (N,) from their measurement."""
         attitude, set_point = measurement.attitude, measurement.reference_attitude
         first_rate, stop_axis = _length_and_direction(measurement.rate)
         stop_acceleration = self._acceleration(stop_axis)
         stop_end = first_rate / stop_acceleration
         stop_angle = first_rate * (self._shaper.mean_delay + 0.5 * stop_end)
-        # From the attitude at the end of the stop, were it all, the turn leads to the set point.
+        # The turn leads to the set point from the attitude at the end of the stop alone.
         before_stop = quaternion_product(set_point, _rotation(stop_axis, -stop_angle))
         to_turn = rotation_vector_from_quaternion(quaternion_product(quaternion_conjugate(attitude), before_stop))
         angle, axis = _length_and_direction(to_turn)
@@ -173,7 +173,7 @@ class ShapedPD(PDDisturbanceObserver):
             self.memory[name] = array
 
     def _acceleration(self, axis: FloatArray) -> FloatArray:
-        """Return the share of the acceleration that healthy wheels can give about axes (n, 3), (n,) [rad/s^2]."""
+        """Return the planned acceleration about axes (n, 3): a share of that of healthy wheels, (n,) [rad/s^2]."""
         per_acceleration = np.abs(self._minimax(axis @ self._inertia)) / self._torque_limits
         acceleration: FloatArray = self.gains.acceleration_share / per_acceleration.max(axis=1)
         return acceleration

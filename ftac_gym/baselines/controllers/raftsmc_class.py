@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -15,7 +14,6 @@ from ftac_gym.baselines.controllers.flexible import FlexibleController, Flexible
 from ftac_gym.baselines.gains import Range, fixed, parameter
 from ftac_gym.baselines.rules import AtLeast, Interval
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, positive
 
 
@@ -57,8 +55,8 @@ class RAFTSMCClass(FlexibleController):
 
     gains = RAFTSMCClassGains()
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
+    def _build(self) -> None:
+        super()._build()
         own = self.gains
         self._terminal = NonsingularTerminalSurface(0.0, own.second, own.second_exponent, own.bound)
         with fields_named(leak="adaptation times forgetting"):

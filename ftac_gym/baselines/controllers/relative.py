@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from ftac_gym.baselines.components.allocation import scale_to_limits
 from ftac_gym.baselines.components.relative_motion import RelativeMotion, relative_motion
@@ -12,7 +12,6 @@ from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantControlle
 from ftac_gym.baselines.gains import Range, fixed, parameter
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, non_negative
 
 
@@ -47,9 +46,9 @@ class RelativeController(FaultTolerantController):
     gains = RelativeGains()
     takes_torques: ClassVar[bool] = True
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
-        self._filter = AttitudeFilter(scenario, self.memory, self.gains.attitude_filter_time)
+    def _build(self) -> None:
+        super()._build()
+        self._filter = AttitudeFilter(self.scenario, self.memory, self.gains.attitude_filter_time)
 
     @abstractmethod
     def _variable(self, measurement: Measurement, error: FloatArray, rate_error: FloatArray) -> FloatArray:

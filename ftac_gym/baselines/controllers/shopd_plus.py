@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,6 @@ from ftac_gym.baselines.controllers.hybrid import HybridController, HybridGains
 from ftac_gym.baselines.gains import Range, parameter
 from ftac_gym.baselines.rules import Choice
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, positive
 
 
@@ -42,8 +40,8 @@ class SHOPDPlus(HybridController):
 
     gains = SHOPDPlusGains()
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
+    def _build(self) -> None:
+        super()._build()
         self._decay = math.exp(-self.gains.filter_rate * self._period)
         self.memory.add("filter_state", (3,))
         self.memory.add("filter_started", (1,), initial=self.gains.filter_start == "zero")
@@ -51,8 +49,8 @@ class SHOPDPlus(HybridController):
     def torque_bound(self, rate: float = 0.0, acceleration: float = 0.0) -> float:
         """Return the bound of every component of the torque [N m]: sqrt(k4^2 + 3 k5^2) + J_M (c1^2 + c2).
 
-        The second term is at most k5 sqrt(3) sqrt(1 - e_i^2), since the rows of (e_4 I + [e_v x])' have the length
-        sqrt(1 - e_i^2) and no component of sat exceeds one.
+        The second term is at most k5 sqrt(3) sqrt(1 - e_i^2). The rows of (e_4 I + [e_v x])' have the length
+        sqrt(1 - e_i^2), and no component of sat exceeds one.
 
         Parameters
         ----------

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ftac_gym.attitude import canonical, quaternion_conjugate, quaternion_from_rotation_vector, quaternion_product
+from ftac_gym.baselines.components.rows import length
 from ftac_gym.baselines.gains import Gains, Range, parameter
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.task.measurement import Measurement
@@ -41,7 +42,7 @@ class AttitudeFilter:
     scenario
         The task.
     memory
-        Where the filter keeps its state.
+        Store of the state.
     time_constant
         [s]; zero passes the measured attitude through.
     """
@@ -71,7 +72,7 @@ class AttitudeFilter:
         correction = self._gain * innovation
         correction[:, 0] = 1.0
         filtered = quaternion_product(propagated, correction)
-        filtered /= np.sqrt(np.einsum("ij,ij->i", filtered, filtered))[:, None]
+        filtered /= length(filtered)
         memory["filtered_attitude"], memory["filter_rate"] = filtered, measurement.rate
         memory["filter_fresh"] = np.zeros_like(fresh)
         return filtered

@@ -38,8 +38,12 @@ class FaultObserver(Tunable, ABC):
 
     def __init__(self, scenario: Scenario, memory: Memory, **gains: Any) -> None:
         super().__init__(**gains)
-        self._memory = memory
+        self._scenario, self._memory = scenario, memory
         self._axes_transposed: FloatArray = scenario.spacecraft.wheels.axis_matrix.T.copy()
+        self._build()
+
+    def _build(self) -> None:
+        """Build the parts from the gains and the scenario, and add their state to the memory."""
 
     @abstractmethod
     def update(self, measurement: Measurement, command: FloatArray, dt: float) -> FaultEstimate:

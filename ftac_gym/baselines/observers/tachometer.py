@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gains import Gains, Range, parameter
-from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.observers.observer import FaultObserver
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, positive
 
 
@@ -35,13 +33,13 @@ class Tachometer(FaultObserver):
     gains = TachometerGains()
     information: ClassVar[str] = "telemetry"
 
-    def __init__(self, scenario: Scenario, memory: Memory, **gains: Any) -> None:
-        super().__init__(scenario, memory, **gains)
-        self._gain = 1.0 - np.exp(-self.gains.bandwidth * scenario.control_period)
-        wheels = scenario.spacecraft.wheels.count
-        memory.add("wheel_bias", (wheels,))
-        memory.add("last_momentum", (wheels,))
-        memory.add("tachometer_fresh", (1,), initial=True)
+    def _build(self) -> None:
+        super()._build()
+        self._gain = 1.0 - np.exp(-self.gains.bandwidth * self._scenario.control_period)
+        wheels = self._scenario.spacecraft.wheels.count
+        self._memory.add("wheel_bias", (wheels,))
+        self._memory.add("last_momentum", (wheels,))
+        self._memory.add("tachometer_fresh", (1,), initial=True)
 
     @property
     def estimate(self) -> FaultEstimate:

@@ -130,7 +130,7 @@ def test_knowing_the_faults_helps(name):
         ("nftsm", {"exponent": 1.0}, r"exponent must lie within \(0, 1\)"),
         ("nftsm", {"bound": 0.0}, "bound must be positive"),
         ("nftsm", {"reaching_switching": 0.0}, "reaching_switching must be positive"),
-        ("nftsm", {"rate_gain": 1.0}, r"rate_gain must exceed reaching_linear = 1\.0, got 1\.0"),
+        ("nftsm", {"rate_gain": 1.0}, r"reaching_linear must be below rate_gain = 1\.0, got 1\.0"),
         ("predefined_time", {"position_gain": 4.0}, r"position_gain must be below rate_gain = 4\.0, got 4\.0"),
         ("predefined_time", {"position_gain": 0.0}, "position_gain must be positive"),
         ("predefined_time", {"rate_time": 0.0}, "rate_time must be positive"),
