@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from ftac_gym.attitude import angular_velocity_from_mrp, mrp_curvature, mrp_derivative
 from ftac_gym.baselines.components.predefined_time_gain import PredefinedTime, PredefinedTimeSliding
@@ -12,7 +11,6 @@ from ftac_gym.baselines.controllers.relative import RelativeController, Relative
 from ftac_gym.baselines.gains import Range, Share, parameter
 from ftac_gym.baselines.rules import Interval
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, positive, require
 
 
@@ -56,8 +54,8 @@ class PredefinedTimeController(RelativeController):
 
     gains = PredefinedTimeGains()
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
+    def _build(self) -> None:
+        super()._build()
         own = self.gains
         with fields_named("position_"):
             position = PredefinedTime.with_gain(own.position_exponent, own.position_time, own.position_gain)

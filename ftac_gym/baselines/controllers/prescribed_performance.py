@@ -14,7 +14,6 @@ from ftac_gym.baselines.gains import Range, parameter
 from ftac_gym.baselines.rules import Interval
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.prescribed_bound import PrescribedBound
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
 
@@ -67,11 +66,11 @@ class PrescribedPerformance(RelativeController):
 
     gains = PrescribedPerformanceGains()
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
+    def _build(self) -> None:
+        super()._build()
         own = self.gains
         self._reaching = PowerReaching(own.rate_gain, own.rate_power_gain, own.power)
-        self._error = PrescribedError(scenario, self.memory, own.bound, own.mirror, own.margin)
+        self._error = PrescribedError(self.scenario, self.memory, own.bound, own.mirror, own.margin)
 
     @property
     def bound(self) -> PrescribedBound:

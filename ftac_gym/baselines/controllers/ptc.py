@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from ftac_gym.attitude import (
     angular_velocity_from_mrp,
@@ -18,7 +18,6 @@ from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantControlle
 from ftac_gym.baselines.gains import Range, changed, parameter
 from ftac_gym.baselines.rules import Choice, Interval
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
 
@@ -88,8 +87,8 @@ class PTC(FaultTolerantController):
 
     gains = PTCGains()
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
+    def _build(self) -> None:
+        super()._build()
         own = self.gains
         position = PredefinedTime(own.position_exponent, own.position_time, own.position_regularisation)
         rate = PredefinedTime(own.rate_exponent, own.rate_time, own.rate_regularisation)

@@ -11,11 +11,11 @@ import numpy as np
 from ftac_gym.baselines.components.adaptation import LeakyAdaptation
 from ftac_gym.baselines.components.allocation import limit_each
 from ftac_gym.baselines.components.relative_motion import relative_motion
+from ftac_gym.baselines.components.rows import dot
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantController, FaultTolerantGains
 from ftac_gym.baselines.gains import Range, fixed, parameter
 from ftac_gym.baselines.observers.rate_predictor import RatePredictor
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
 
@@ -63,13 +63,13 @@ class ShenClass(FaultTolerantController):
     gains = ShenClassGains()
     needs_torque_limits: ClassVar[bool] = True
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
+    def _build(self) -> None:
+        super()._build()
         own = self.gains
         self._bound = LeakyAdaptation(self.memory, "torque_bound", 1, own.adaptation, own.forgetting, self._period)
         norm = float(np.linalg.norm(np.linalg.pinv(self._axes_transposed.T), 2))
         self._largest = float(self._torque_limits.min()) / norm
-        self._monitor = RatePredictor(scenario, self.memory)
+        self._monitor = RatePredictor(self.scenario, self.memory)
 
     def sliding_variable(self, measurement: Measurement) -> FloatArray:
         """Return S (N, 3) [rad/s] at a measurement."""
@@ -89,9 +89,9 @@ class ShenClass(FaultTolerantController):
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m]."""
         variable = self.sliding_variable(measurement)
-        square = np.einsum("ni,ni->n", variable, variable)[:, None]
+        square = dot(variable, variable)
         length = np.sqrt(square)
-        speed_square = np.einsum("ni,ni->n", measurement.rate, measurement.rate)[:, None]
+        speed_square = dot(measurement.rate, measurement.rate)
         growth = 1.0 + np.sqrt(speed_square) + speed_square
         soft = length + self.gains.smoothing / growth
         gain = self.gains.gain + self._bound.value * growth / soft

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from ftac_gym.attitude import mrp_derivative
 from ftac_gym.baselines.components.reaching import PowerReaching
@@ -12,7 +11,6 @@ from ftac_gym.baselines.controllers.relative import RelativeController, Relative
 from ftac_gym.baselines.gains import Range, changed, parameter
 from ftac_gym.baselines.rules import Interval
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
 
@@ -41,8 +39,8 @@ class TSMCClass(RelativeController):
 
     gains = TSMCClassGains()
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
+    def _build(self) -> None:
+        super()._build()
         own = self.gains
         self._surface = FastTerminalSurface(own.linear, own.terminal, own.exponent, own.guard)
         self._reaching = PowerReaching(own.reaching_linear, own.reaching_power_gain, own.reaching_exponent)

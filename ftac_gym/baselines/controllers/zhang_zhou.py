@@ -15,7 +15,6 @@ from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gains import Range, fixed, parameter
 from ftac_gym.baselines.rules import Interval, mapping
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative
 
 
@@ -54,8 +53,8 @@ class ZhangZhou(FaultTolerantController):
     gains = ZhangZhouGains()
     allocation_power: ClassVar[float] = 2.0
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
+    def _build(self) -> None:
+        super()._build()
         own = self.gains
         with fields_named("reaching_"):
             self._reaching = ExponentialReaching(

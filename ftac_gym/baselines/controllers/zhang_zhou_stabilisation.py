@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from ftac_gym.attitude import mrp_derivative, mrp_from_quaternion, quaternion_error
 from ftac_gym.baselines.components.adaptation import LeakyAdaptation
 from ftac_gym.baselines.components.reaching import switching
+from ftac_gym.baselines.components.rows import length
 from ftac_gym.baselines.components.surfaces import signed_power
 from ftac_gym.baselines.controllers.zhang_zhou import ZhangZhou, ZhangZhouGains
 from ftac_gym.baselines.gains import changed, parameter
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, non_negative
 
 
@@ -47,8 +47,8 @@ class ZhangZhouStabilisation(ZhangZhou):
     gains = ZhangZhouStabilisationGains()
     rest_only: ClassVar[str] = "this law has no term for a reference rate"
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
+    def _build(self) -> None:
+        super()._build()
         own, memory, period = self.gains, self.memory, self._period
         self._norms = float(np.linalg.norm(self._inverse_inertia, 2) * np.linalg.norm(self._axes_transposed, 2))
         self._rate_bound = LeakyAdaptation(memory, "rate_bound", 1, own.rate_bound_gain, 0.0, period)
@@ -69,8 +69,8 @@ class ZhangZhouStabilisation(ZhangZhou):
         rate = measurement.rate
         error, variable = self._variable(measurement)
         speed = mrp_derivative(error, rate)
-        turning = np.sqrt(np.einsum("ni,ni->n", speed, speed))[:, None]
-        distance = np.sqrt(np.einsum("ni,ni->n", variable, variable))[:, None]
+        turning = length(speed)
+        distance = length(variable)
         largest = self._rate_bound.value * turning + self._fault_bound.value * self._norms
         robust = largest * switching(variable, self.gains.layer)
         self._rate_bound.update(distance * turning)

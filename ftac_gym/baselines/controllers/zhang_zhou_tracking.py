@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,12 +15,12 @@ from ftac_gym.attitude import (
 )
 from ftac_gym.baselines.components.adaptation import LeakyAdaptation
 from ftac_gym.baselines.components.reaching import switching
+from ftac_gym.baselines.components.rows import dot
 from ftac_gym.baselines.components.surfaces import NonsingularTerminalSurface
 from ftac_gym.baselines.controllers.zhang_zhou import ZhangZhou, ZhangZhouGains
 from ftac_gym.baselines.gains import Range, changed, parameter
 from ftac_gym.baselines.rules import flag
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, finite, non_negative, positive, require
 
 
@@ -86,8 +86,8 @@ class ZhangZhouTracking(ZhangZhou):
 
     gains = ZhangZhouTrackingGains()
 
-    def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
-        super().__init__(scenario, num_spacecraft, **gains)
+    def _build(self) -> None:
+        super()._build()
         own = self.gains
         self._surface = NonsingularTerminalSurface(own.linear, own.terminal, own.exponent, own.bound)
         self._bound = LeakyAdaptation(self.memory, "bound", 1, own.bound_gain, 0.0, self._period)
@@ -121,7 +121,7 @@ class ZhangZhouTracking(ZhangZhou):
         error, error_rate, change, variable, slope = self._state(measurement)
         # z1' + c z1 = G z2
         coupling = np.abs(np.einsum("ni,ni->n", error, error_rate + self.gains.virtual_gain * error))[:, None]
-        square = np.einsum("ni,ni->n", variable, variable)[:, None]
+        square = dot(variable, variable)
         eta = memory["eta"]
         share = coupling / (square + self.gains.coupling_low)
         known = (slope if self.gains.feed_forward else self.gains.linear) * error_rate

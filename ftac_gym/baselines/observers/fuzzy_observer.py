@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -12,12 +11,10 @@ from ftac_gym.baselines import synthesis
 from ftac_gym.baselines.components.takagi_sugeno import TakagiSugenoModel, TriangularSets
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gains import Gains, parameter
-from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.observers.observer import FaultObserver
 from ftac_gym.baselines.rules import Choice, Optional, flag
 from ftac_gym.baselines.synthesis import ObserverGains, error_dynamics
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.task.vibration import hub_torque
 from ftac_gym.utils.parameters import FloatArray, positive, require
 
@@ -85,23 +82,23 @@ class FuzzyObserver(FaultObserver):
 
     gains = FuzzyObserverGains()
 
-    def __init__(self, scenario: Scenario, memory: Memory, **gains: Any) -> None:
-        super().__init__(scenario, memory, **gains)
+    def _build(self) -> None:
+        super()._build()
         own = self.gains
-        self._steps = math.ceil(scenario.control_period / own.longest_step - 1e-9)
-        model = TakagiSugenoModel(scenario.spacecraft)
-        matrices = synthesis.gains(scenario.spacecraft, own.design).observer
+        self._steps = math.ceil(self._scenario.control_period / own.longest_step - 1e-9)
+        model = TakagiSugenoModel(self._scenario.spacecraft)
+        matrices = synthesis.gains(self._scenario.spacecraft, own.design).observer
         matrices = matrices if own.scheduled else matrices.mean()
         poles = np.linalg.eigvals(error_dynamics(model, matrices))
         slowest = float(poles.real.max())
         require(
             slowest < 0.0, "design", f"must leave a stable error; the slowest pole is {slowest:.3g} 1/s", own.design
         )
-        step = scenario.control_period / self._steps
+        step = self._scenario.control_period / self._steps
         fastest = float(np.abs(poles).max())
         rule = f"must be at most {STABLE_STEP / fastest:.3g} s: the fastest pole of the error is {fastest:.3g} 1/s"
         require(step * fastest <= STABLE_STEP, "longest_step", rule, own.longest_step)
-        appendages = scenario.spacecraft.appendages
+        appendages = self._scenario.spacecraft.appendages
         assert appendages is not None
         self._coupling = appendages.coupling_matrix
         self._stiffness, self._damping = appendages.stiffness, appendages.damping
@@ -109,13 +106,13 @@ class FuzzyObserver(FaultObserver):
         self._proportional = np.concatenate([matrices.fault_proportional, matrices.vibration_proportional]).T.copy()
         self._modes = appendages.count
         self._rules = _rules(model, matrices)
-        memory.add("fuzzy_state", (6 + 2 * self._modes,))
-        memory.add("observed_rate", (3,))
-        memory.add("rate_mismatch", (3,))
-        memory.add("fault_torque", (3,))
-        memory.add("vibration", (2 * self._modes,))
-        memory.add("vibration_torque", (3,))
-        memory.add("observer_fresh", (1,), initial=True)
+        self._memory.add("fuzzy_state", (6 + 2 * self._modes,))
+        self._memory.add("observed_rate", (3,))
+        self._memory.add("rate_mismatch", (3,))
+        self._memory.add("fault_torque", (3,))
+        self._memory.add("vibration", (2 * self._modes,))
+        self._memory.add("vibration_torque", (3,))
+        self._memory.add("observer_fresh", (1,), initial=True)
 
     @property
     def estimate(self) -> FaultEstimate:

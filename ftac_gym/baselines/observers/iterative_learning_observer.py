@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gains import Gains, Range, parameter
-from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.observers.observer import FaultObserver
 from ftac_gym.baselines.observers.rate_predictor import RatePredictor
 from ftac_gym.baselines.rules import Interval
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, positive, require
 
 
@@ -49,9 +46,9 @@ class IterativeLearningObserver(FaultObserver):
 
     gains = IterativeLearningGains()
 
-    def __init__(self, scenario: Scenario, memory: Memory, **gains: Any) -> None:
-        super().__init__(scenario, memory, **gains)
-        own, inertia, period = self.gains, scenario.spacecraft.inertia_matrix, scenario.control_period
+    def _build(self) -> None:
+        super()._build()
+        own, inertia, period = self.gains, self._scenario.spacecraft.inertia_matrix, self._scenario.control_period
         self._rate_gain, self._learning_gain = own.rate_gain * inertia, own.learning_gain * inertia
         # w~ and J^-1 f^ of one axis, from one period to the next.
         decay = 1.0 - period * own.rate_gain
@@ -59,8 +56,8 @@ class IterativeLearningObserver(FaultObserver):
         radius = float(np.abs(np.linalg.eigvals(step)).max())
         rule = f"with rate_gain = {own.rate_gain!r} must be stable at {period!r} s; its spectral radius is {radius:.3g}"
         require(radius < 1.0, "learning_gain", rule, own.learning_gain)
-        self._predictor = RatePredictor(scenario, memory)
-        memory.add("learned_torque", (3,))
+        self._predictor = RatePredictor(self._scenario, self._memory)
+        self._memory.add("learned_torque", (3,))
 
     def update(self, measurement: Measurement, command: FloatArray, dt: float) -> FaultEstimate:
         """Take in a measurement and the command (N, m) [N m] of the period dt [s] that ends with it."""

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from ftac_gym.baselines.components.reaching import switching
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gains import Range, parameter
-from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.observers.excitation import Excitation, ExcitationGains
 from ftac_gym.baselines.observers.observer import FaultObserver
 from ftac_gym.baselines.observers.rate_predictor import RatePredictor
 from ftac_gym.baselines.rules import Interval, Optional
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, matrix, non_negative, positive, require
 
 
@@ -64,20 +61,20 @@ class LearningObserver(FaultObserver):
 
     gains = LearningGains()
 
-    def __init__(self, scenario: Scenario, memory: Memory, **gains: Any) -> None:
-        super().__init__(scenario, memory, **gains)
-        own, wheels = self.gains, scenario.spacecraft.wheels.count
+    def _build(self) -> None:
+        super()._build()
+        own, wheels = self.gains, self._scenario.spacecraft.wheels.count
         if isinstance(own.rate_gain, (int, float, np.number)):
-            self._rate_gain = positive(float(own.rate_gain), "rate_gain") * scenario.spacecraft.inertia_matrix
+            self._rate_gain = positive(float(own.rate_gain), "rate_gain") * self._scenario.spacecraft.inertia_matrix
         else:
             self._rate_gain = np.diag([positive(value, "rate_gain") for value in own.rate_gain])
             require(self._rate_gain.shape == (3, 3), "rate_gain", "must be a number or three", own.rate_gain)
         self._first = self._learning_gain(own.first, wheels, "first")
         self._second = self._learning_gain(own.second, wheels, "second")
-        self._predictor = RatePredictor(scenario, memory)
-        memory.add("injection", (3,))
-        memory.add("effectiveness", (wheels,), initial=1.0)
-        self._excitation = Excitation(scenario, memory, own)
+        self._predictor = RatePredictor(self._scenario, self._memory)
+        self._memory.add("injection", (3,))
+        self._memory.add("effectiveness", (wheels,), initial=1.0)
+        self._excitation = Excitation(self._scenario, self._memory, own)
 
     def _learning_gain(self, gain: float | Sequence[Sequence[float]], wheels: int, name: str) -> FloatArray:
         """Return the transpose (3, m) of a gain."""

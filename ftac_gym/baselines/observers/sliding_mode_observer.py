@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.baselines.components.reaching import switching
+from ftac_gym.baselines.components.rows import dot
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gains import Range, parameter
-from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.observers.excitation import Excitation, ExcitationGains
 from ftac_gym.baselines.observers.observer import FaultObserver
 from ftac_gym.baselines.observers.rate_predictor import RatePredictor
 from ftac_gym.baselines.rules import Interval, flag
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
 BoolArray = npt.NDArray[np.bool_]
@@ -62,21 +60,21 @@ class SlidingModeObserver(FaultObserver):
 
     gains = SlidingModeGains()
 
-    def __init__(self, scenario: Scenario, memory: Memory, **gains: Any) -> None:
-        super().__init__(scenario, memory, **gains)
-        own, spacecraft = self.gains, scenario.spacecraft
+    def _build(self) -> None:
+        super()._build()
+        own, spacecraft = self.gains, self._scenario.spacecraft
         inverse_inertia = np.linalg.inv(spacecraft.inertia_matrix)
         self._rate_torque = own.rate_gain * spacecraft.inertia_matrix
         self._to_wheels = inverse_inertia @ spacecraft.wheels.axis_matrix
         self._growth = own.switching_gain * float(np.linalg.norm(inverse_inertia, 2))
-        self._predictor = RatePredictor(scenario, memory, own.know_rate)
+        self._predictor = RatePredictor(self._scenario, self._memory, own.know_rate)
         wheels = spacecraft.wheels.count
-        memory.add("injection", (3,))
-        memory.add("adaptive_switching", (1,))
-        memory.add("inside_barrier", (1,), initial=False)
-        memory.add("effectiveness", (wheels,), initial=1.0)
-        memory.add("bias", (wheels,))
-        self._excitation = Excitation(scenario, memory, own)
+        self._memory.add("injection", (3,))
+        self._memory.add("adaptive_switching", (1,))
+        self._memory.add("inside_barrier", (1,), initial=False)
+        self._memory.add("effectiveness", (wheels,), initial=1.0)
+        self._memory.add("bias", (wheels,))
+        self._excitation = Excitation(self._scenario, self._memory, own)
 
     def update(self, measurement: Measurement, command: FloatArray, dt: float) -> FaultEstimate:
         """Take in a measurement and the command (N, m) [N m] of the period dt [s] that ends with it."""
@@ -109,7 +107,7 @@ class SlidingModeObserver(FaultObserver):
     def _switching(self, mismatch: FloatArray, size: FloatArray, adaptive: FloatArray, inside: BoolArray) -> FloatArray:
         """Return K (N, 1) [N m]."""
         if self.gains.printed_barrier:
-            size = np.einsum("ni,ni->n", mismatch, mismatch)[:, None]
+            size = dot(mismatch, mismatch)
         # K reaches its largest value before the barrier, which a sampled observer can overstep.
         barrier = self.gains.barrier_torque * size / np.maximum(self.gains.barrier - size, 1e-12)
         gain: FloatArray = np.minimum(np.where(inside, barrier, adaptive), self.gains.largest_switching)
