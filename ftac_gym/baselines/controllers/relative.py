@@ -17,8 +17,7 @@ from ftac_gym.utils.parameters import FloatArray, non_negative
 
 def _mrp(motion: RelativeMotion) -> FloatArray:
     """Return sigma_e (N, 3)."""
-    error: FloatArray = motion.error[:, 1:] / (1.0 + motion.error[:, :1])
-    return error
+    return motion.error[:, 1:] / (1.0 + motion.error[:, :1])
 
 
 @dataclass(frozen=True)

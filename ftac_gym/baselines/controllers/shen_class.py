@@ -75,8 +75,7 @@ class ShenClass(FaultTolerantController):
         """Return S (N, 3) [rad/s] at a measurement."""
         motion = relative_motion(measurement.attitude, measurement, self._moving)
         bent = np.arctan(self.gains.surface_steepness * motion.error[:, 1:])
-        variable: FloatArray = motion.rate_error + self.gains.surface_gain * bent
-        return variable
+        return motion.rate_error + self.gains.surface_gain * bent
 
     def _monitored(self, measurement: Measurement) -> FloatArray:
         """Return f^ (N, 3) [N m] and advance the monitor."""

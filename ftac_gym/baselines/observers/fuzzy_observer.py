@@ -220,5 +220,4 @@ def _rules(model: TakagiSugenoModel, gains: ObserverGains) -> FloatArray:
         (motion, measured, model.rate_to_vibration),
     ):
         rules[:, row[:, None], column[None, :]] = part
-    side_by_side: FloatArray = rules.transpose(2, 0, 1).reshape(rules.shape[2], -1).copy()
-    return side_by_side
+    return rules.transpose(2, 0, 1).reshape(rules.shape[2], -1).copy()

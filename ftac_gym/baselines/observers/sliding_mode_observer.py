@@ -110,5 +110,4 @@ class SlidingModeObserver(FaultObserver):
             size = dot(mismatch, mismatch)
         # K reaches its largest value before the barrier, which a sampled observer can overstep.
         barrier = self.gains.barrier_torque * size / np.maximum(self.gains.barrier - size, 1e-12)
-        gain: FloatArray = np.minimum(np.where(inside, barrier, adaptive), self.gains.largest_switching)
-        return gain
+        return np.minimum(np.where(inside, barrier, adaptive), self.gains.largest_switching)

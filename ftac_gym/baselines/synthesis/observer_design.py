@@ -38,15 +38,13 @@ def error_dynamics(model: TakagiSugenoModel, gains: ObserverGains, fault_axes: F
     mixing, state, _ = _augmented(model, gains.fault_proportional, gains.vibration_proportional, fault_axes)
     injected = np.concatenate([gains.rate, gains.fault, gains.vibration], axis=1)
     state[:, :, :3] -= injected
-    closed: FloatArray = np.linalg.solve(mixing, state).astype(np.float64)
-    return closed
+    return np.linalg.solve(mixing, state).astype(np.float64)
 
 
 def error_inputs(model: TakagiSugenoModel, gains: ObserverGains, fault_axes: FloatArray | None = None) -> FloatArray:
     """Return M^-1 B_d (n, 3 + p) of Eq. (19), the inputs d_1 [N m] and f' [N m/s] of these errors."""
     mixing, _, inputs = _augmented(model, gains.fault_proportional, gains.vibration_proportional, fault_axes)
-    driven: FloatArray = np.linalg.solve(mixing, inputs).astype(np.float64)
-    return driven
+    return np.linalg.solve(mixing, inputs).astype(np.float64)
 
 
 def _augmented(
