@@ -91,6 +91,11 @@ class Study:
         if not records:
             self._write(now)
 
+    @property
+    def best(self) -> Trial:
+        """The first trial with the largest mean return."""
+        return max(self.trials, key=lambda trial: trial.mean_return, default=Trial({}, FAILED))
+
     def add(self, trial: Trial) -> None:
         """Append a finished trial.
 
@@ -169,7 +174,7 @@ def tune(
 
     def report() -> None:
         if progress is not None:
-            progress(len(study.trials), max((trial.mean_return for trial in study.trials), default=FAILED))
+            progress(len(study.trials), study.best.mean_return)
 
     def values(gains: list[dict[str, Any]], first: int) -> list[float]:
         """Return the mean returns of consecutive trials; fly those within the budget that are not in the journal."""
@@ -196,10 +201,9 @@ def tune(
             returns = values([search.gains_at(search.point_at(point)) for point in points], first)
             if len(returns) == size:
                 optimizer.tell([(point, -value) for point, value in zip(points, returns, strict=True)])
-    best = max(study.trials, key=lambda trial: trial.mean_return)
     failed = sum(trial.mean_return == FAILED for trial in study.trials)
     require(failed < len(study.trials), "trials", "must have one whose gains can be flown", len(study.trials))
-    return Result(search, len(study.trials), failed, best.gains, best.mean_return)
+    return Result(search, len(study.trials), failed, study.best.gains, study.best.mean_return)
 
 
 def _watch_parent() -> None:

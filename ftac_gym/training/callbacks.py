@@ -118,15 +118,12 @@ class TrainingCallback(BaseCallback):
         super().__init__()
         self._folder, self._evaluate, self._interface = folder, evaluate, interface
         self._schedule, self._card = schedule, card
-        self._next_checkpoint = self._next_evaluation = 0
         self._best = -math.inf
-        self._warming: bool | None = None
+        self._last_steps = 0
         self._severity = 1.0
 
     def _on_training_start(self) -> None:
-        schedule, steps = self._schedule, self.model.num_timesteps
-        self._next_checkpoint = (steps // schedule.checkpoint_every + 1) * schedule.checkpoint_every
-        self._next_evaluation = (steps // schedule.evaluate_every + 1) * schedule.evaluate_every
+        self._last_steps = steps = self.model.num_timesteps
         # A killed run repeats its evaluations after the last checkpoint.
         path = self._folder / EVALUATIONS_FILE
         lines = path.read_text().splitlines(keepends=True) if path.exists() else []
@@ -139,21 +136,18 @@ class TrainingCallback(BaseCallback):
 
     def _on_rollout_start(self) -> None:
         schedule, steps = self._schedule, self.model.num_timesteps
-        warming = steps < schedule.critic_warmup
-        if isinstance(self.model, OnPolicyAlgorithm) and warming != self._warming:
-            let_actor_learn(self.model, learn=not warming)
-            self._warming = warming
+        if isinstance(self.model, OnPolicyAlgorithm):
+            let_actor_learn(self.model, learn=steps >= schedule.critic_warmup)
         severity = round(schedule.severity(steps), 2)
         if severity != self._severity:
             self.training_env.env_method("set_severity", severity)
             self._severity = severity
         # Between rollouts the model is consistent: a resumed run starts where a rollout would.
-        if steps >= self._next_evaluation:
-            self._next_evaluation += schedule.evaluate_every
+        if steps // schedule.evaluate_every > self._last_steps // schedule.evaluate_every:
             self._log_evaluation()
-        if steps >= self._next_checkpoint:
-            self._next_checkpoint += schedule.checkpoint_every
+        if steps // schedule.checkpoint_every > self._last_steps // schedule.checkpoint_every:
             self._save(f"checkpoints/{steps:010d}")
+        self._last_steps = steps
 
     def _on_training_end(self) -> None:
         steps = self.model.num_timesteps
