@@ -94,9 +94,11 @@ class Episodes:
     @property
     def first_onset(self) -> npt.NDArray[np.float64]:
         """(N,) onset of the first fault [s], infinite if there is none."""
-        tables = (table.reshape(len(self), -1) for table in (self.faults, self.sensor_faults))
-        onsets = [np.where(table["kind"] > 0, table["onset"], np.inf) for table in tables]
-        earliest: npt.NDArray[np.float64] = np.concatenate(onsets, axis=1).min(axis=1, initial=np.inf)
+        onsets = [
+            np.where(table["kind"] > 0, table["onset"], np.inf).min(axis=tuple(range(1, table.ndim)), initial=np.inf)
+            for table in (self.faults, self.sensor_faults)
+        ]
+        earliest: npt.NDArray[np.float64] = np.minimum(*onsets)
         return earliest
 
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
