@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ftac_gym.evaluation.compare import Evaluation, Row, compare, evaluate, fault_classes
+from ftac_gym.evaluation.batches import Evaluation, evaluate
+from ftac_gym.evaluation.compare import Row, compare, fault_classes
 from ftac_gym.evaluation.metrics import Rollout, episode_metrics, summarize
 from ftac_gym.evaluation.rollout import rollout
 from ftac_gym.evaluation.statistics import Estimate, estimate, interquartile_mean, paired_difference

@@ -1,32 +1,22 @@
-"""Fly all contestants through all splits, in parallel, in batches that survive a kill."""
+"""Benchmark: all entries on all splits, in parallel, with stored results that survive a kill."""
 
 from __future__ import annotations
 
 import warnings
+from collections import defaultdict
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from itertools import islice
 from pathlib import Path
-from typing import Any
 
 from joblib import Parallel, delayed, effective_n_jobs, parallel_config
 
-from ftac_gym.evaluation.compare import (
-    BatchResult,
-    Evaluation,
-    assembled,
-    batch_file,
-    batches,
-    fly_batch,
-    read_batch,
-    write_batch,
-)
+from ftac_gym.evaluation.batches import Batch, BatchResult, Evaluation, batches, joined
 from ftac_gym.evaluation.entries import Entry, entries_of, fitted
 from ftac_gym.evaluation.timing import Stopwatch, step_cost
-from ftac_gym.policies import resolve
 from ftac_gym.scenarios import SPLITS, frozen
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.scenario import Scenario
@@ -35,33 +25,38 @@ from ftac_gym.utils.parameters import require
 __all__ = ["BACKENDS", "Benchmark", "Entry", "Progress", "entries_of", "fly", "frozen_episodes"]
 
 BACKENDS = ("local", "ray")
-"""Where batches are flown: in processes of this machine, or on a Ray cluster."""
+"""Backends that run batches: processes of this machine, or a Ray cluster."""
 
 Progress = Callable[[str, str, int], None]
-"""Called with split, name of the entry and number of episodes for each batch that is there or has been flown."""
+"""Called with split, name of the entry and number of episodes for each batch that is stored or has been run."""
 
 _GROUP = 8
-"""Batches per worker that a Ray cluster is given at a time: it hands results back group by group."""
+"""Batches per worker that a Ray cluster is given at a time: it returns results group by group."""
+
+_Key = tuple[str, str, int, int]
+"""Split, name of the entry, number of the training seed, number of the batch."""
+
+_Flights = Generator[tuple[_Key, BatchResult], None, None]
 
 
 @dataclass(frozen=True, eq=False)
 class Benchmark:
-    """What everyone achieved.
+    """Results of a benchmark.
 
     Attributes
     ----------
     entries
-        Who took part.
+        The entries.
     episodes
-        What was flown, by split.
+        Episodes by split.
     evaluations
         One for each training seed, by split and name of the entry.
     reference
         Name of the entry that the others are compared with.
     step_cost
-        One control step of one craft [us], by name of the entry; empty if it was not measured.
+        One control step of one spacecraft [us], by name of the entry; empty if it was not measured.
     episodes_flown, seconds
-        How many episodes were flown now, not found on disk, and how long that took [s].
+        Number of episodes that were run now instead of found on disk, and the time for them [s].
     """
 
     entries: tuple[Entry, ...]
@@ -73,28 +68,6 @@ class Benchmark:
     seconds: float
 
 
-@dataclass(frozen=True)
-class _Key:
-    """Whose batch it is: split, name of the entry, number of the training seed, number of the batch."""
-
-    split: str
-    entry: str
-    seed: int
-    batch: int
-
-
-@dataclass(frozen=True, eq=False)
-class _Task:
-    """A batch to fly; its episodes say of which scenario they are."""
-
-    key: _Key
-    policy: Any
-    batch: Episodes
-
-
-_Flights = Generator[tuple[_Key, BatchResult], None, None]
-
-
 def frozen_episodes(splits: Iterable[str] = SPLITS, feasible: int = frozen.FEASIBLE) -> dict[str, Episodes]:
     """Return the frozen episodes of some splits.
 
@@ -103,7 +76,7 @@ def frozen_episodes(splits: Iterable[str] = SPLITS, feasible: int = frozen.FEASI
     splits
         Among :data:`ftac_gym.scenarios.SPLITS`.
     feasible
-        How many feasible episodes are wanted of each; the infeasible ones on the way are there too.
+        Number of feasible episodes of each; the infeasible ones between them are returned too.
 
     Raises
     ------
@@ -133,32 +106,32 @@ def fly(
     Parameters
     ----------
     entries
-        Who takes part.
+        The entries.
     episodes
-        What is flown, by split; each is flown in the scenario that it was drawn from.
+        Episodes by split; each is flown in the scenario that it was drawn from.
     reference
         Name of the entry that the others are compared with.
     folder
-        Where finished batches are kept, in ``SPLIT/batches``, as :func:`~ftac_gym.evaluation.compare.evaluate` does;
-        those that lie there are not flown again. None keeps nothing.
+        Folder of stored results, in ``SPLIT/batches``, as of :func:`~ftac_gym.evaluation.evaluate`; those are not run
+        again. None stores nothing.
     backend
-        ``"local"`` for processes of this machine; ``"ray"`` for a Ray cluster: that which is connected to, else that
-        of ``RAY_ADDRESS``, else a new one on this machine. Results travel back and are written here; agents have to
-        lie under the same path on all machines.
+        ``"local"`` for processes of this machine; ``"ray"`` for a Ray cluster: the connected one, else that of
+        ``RAY_ADDRESS``, else a new one on this machine. Results are returned and stored here; agents need the same
+        path on all machines.
     workers
-        How many fly in parallel; -1 for as many as there are cores.
+        Number of parallel processes; -1 for the number of cores.
     progress
-        What to call for each batch.
+        Function to call for each batch.
     measure
         Whether to measure the cost of a control step, in the first of the splits.
 
     Raises
     ------
     ValueError
-        If an entry does not fit a split, before anything is flown; or if entries share a name, or the reference or the
+        If an entry does not fit a split, before any flight; or if entries share a name, or the reference or the
         backend is unknown.
     ImportError
-        If Ray is asked for and not installed.
+        If the backend is Ray and it is not installed.
     """
     names = [entry.name for entry in entries]
     require(len(set(names)) == len(names), "entries", "must have names that differ", names)
@@ -168,82 +141,78 @@ def fly(
     require(len(episodes) > 0, "episodes", "must be given for a split at least", list(episodes))
     if backend == "ray":
         _register_ray()
-    tasks = {split: Scenario.from_json(item.scenario_json) for split, item in episodes.items()}
-    contestants = {entry.name: fitted(entry, list(tasks.values())) for entry in entries}
-    report = progress if progress is not None else _silent
+    scenarios = {split: Scenario.from_json(item.scenario_json) for split, item in episodes.items()}
+    jobs = {}
+    for entry in entries:
+        for seed, policy in enumerate(fitted(entry, list(scenarios.values()))):
+            for split, scenario in scenarios.items():
+                home = None if folder is None else folder / split / "batches"
+                for number, batch in enumerate(batches(scenario, policy, episodes[split], home)):
+                    # Paths of agents, not agents, are sent to the workers.
+                    jobs[split, entry.name, seed, number] = replace(batch, policy=copy(entry.policies[seed]))
     results: dict[_Key, BatchResult] = {}
-    paths: dict[_Key, Path | None] = {}
-    missing: list[_Task] = []
-    for split, scenario in tasks.items():
-        home = None if folder is None else folder / split / "batches"
-        for number, batch in enumerate(batches(episodes[split])):
-            digest = batch.digest()
-            for entry in entries:
-                for seed, contestant in enumerate(contestants[entry.name]):
-                    key = _Key(split, entry.name, seed, number)
-                    paths[key] = batch_file(home, contestant, scenario, digest)
-                    found = read_batch(paths[key])
-                    if found is None:
-                        missing.append(_Task(key, entry.policies[seed], batch))
-                    else:
-                        results[key] = found
-                        report(split, entry.name, len(batch))
+
+    def finish(key: _Key, result: BatchResult) -> None:
+        results[key] = result
+        if progress is not None:
+            progress(key[0], key[1], len(jobs[key].episodes))
+
+    for key, batch in jobs.items():
+        stored = batch.read()
+        if stored is not None:
+            finish(key, stored)
+    missing = {key: batch for key, batch in jobs.items() if key not in results}
     stopwatch = Stopwatch()
     with stopwatch.running(), _ended(_flown(missing, backend, workers)) as flown:
         for key, result in flown:
-            write_batch(paths[key], result)
-            results[key] = result
-            report(key.split, key.entry, result["attitude_error"].shape[1])
-    evaluations = {
-        split: {entry.name: _joined(entry, split, len(batches(episodes[split])), results) for entry in entries}
-        for split in tasks
-    }
+            jobs[key].write(result)
+            finish(key, result)
+    parts = defaultdict(list)
+    for key in jobs:
+        parts[key[:3]].append(results[key])
     return Benchmark(
         entries=tuple(entries),
         episodes=dict(episodes),
-        evaluations=evaluations,
+        evaluations={
+            split: {
+                entry.name: tuple(
+                    joined(entry.name, parts[split, entry.name, seed]) for seed in range(len(entry.policies))
+                )
+                for entry in entries
+            }
+            for split in scenarios
+        },
         reference=reference,
-        step_cost={entry.name: step_cost(entry, next(iter(tasks.values()))) for entry in entries} if measure else {},
-        episodes_flown=sum(len(task.batch) for task in missing),
+        step_cost={entry.name: step_cost(entry, next(iter(scenarios.values()))) for entry in entries}
+        if measure
+        else {},
+        episodes_flown=sum(len(batch.episodes) for batch in missing.values()),
         seconds=stopwatch.seconds,
     )
 
 
-def _silent(split: str, entry: str, episodes: int) -> None:
-    """Report nothing."""
-
-
-def _joined(entry: Entry, split: str, count: int, results: Mapping[_Key, BatchResult]) -> tuple[Evaluation, ...]:
-    """Return the evaluations of an entry, one per training seed."""
-    return tuple(
-        assembled(entry.name, [results[_Key(split, entry.name, seed, number)] for number in range(count)])
-        for seed in range(len(entry.policies))
-    )
-
-
-def _fly_task(task: _Task) -> tuple[_Key, BatchResult]:
-    """Fly a batch, in whatever process."""
+def _fly(key: _Key, batch: Batch) -> tuple[_Key, BatchResult]:
+    """Fly a batch, in any process."""
     try:
-        contestant = resolve(copy(task.policy))
-        return task.key, fly_batch(Scenario.from_json(task.batch.scenario_json), contestant, task.batch)
+        return key, batch.fly()
     except ValueError as error:
-        raise ValueError(f"{task.key.entry} in {task.key.split}: {error}") from error
+        raise ValueError(f"{key[1]} in {key[0]}: {error}") from error
 
 
 @contextmanager
 def _ended(flights: _Flights) -> Iterator[_Flights]:
-    """End the flights with the block, whatever ends it: nobody flies on for nothing."""
+    """End the flights with the block, also after an error."""
     try:
         yield flights
     finally:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # joblib's, of what is cancelled: that is meant
+            warnings.simplefilter("ignore")  # joblib warns of cancelled calls
             flights.close()
 
 
-def _flown(tasks: Sequence[_Task], backend: str, workers: int) -> _Flights:
-    """Yield results as they come."""
-    calls = (delayed(_fly_task)(task) for task in tasks)
+def _flown(jobs: Mapping[_Key, Batch], backend: str, workers: int) -> _Flights:
+    """Yield results in the order in which they are finished."""
+    calls = (delayed(_fly)(key, batch) for key, batch in jobs.items())
     if backend == "local":
         yield from Parallel(n_jobs=workers, batch_size=1, return_as="generator_unordered")(calls)
         return
@@ -255,7 +224,7 @@ def _flown(tasks: Sequence[_Task], backend: str, workers: int) -> _Flights:
 
 
 def _register_ray() -> None:
-    """Make Ray known to joblib."""
+    """Register Ray with joblib."""
     try:
         import_module("ray.util.joblib").register_ray()
     except ImportError:

@@ -6,7 +6,8 @@ import csv
 from collections.abc import Sequence
 from pathlib import Path
 
-from ftac_gym.evaluation.compare import Evaluation, Row, fault_classes
+from ftac_gym.evaluation.batches import Evaluation
+from ftac_gym.evaluation.compare import Row, fault_classes
 from ftac_gym.evaluation.metrics import UNITS
 from ftac_gym.task.episodes import Episodes
 

@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.evaluation.compare import Evaluation, Row, fault_classes
+from ftac_gym.evaluation.batches import Evaluation
+from ftac_gym.evaluation.compare import Row, fault_classes
 from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, UNITS
 from ftac_gym.evaluation.statistics import Estimate
 from ftac_gym.task.episodes import Episodes

@@ -1,4 +1,4 @@
-"""What a control step costs. Here, and nowhere else in evaluations, a clock is read."""
+"""Cost of a control step: the only clock in evaluations."""
 
 from __future__ import annotations
 
@@ -7,24 +7,19 @@ from contextlib import contextmanager
 from copy import copy
 from statistics import median
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import numpy as np
-
-from ftac_gym.envs import SpacecraftFTCVectorEnv
+from ftac_gym.evaluation.entries import Entry
 from ftac_gym.evaluation.threads import one_torch_thread
-from ftac_gym.policies import resolve
+from ftac_gym.policies import PolicyRunner, resolve
 from ftac_gym.task.scenario import Scenario
 
-if TYPE_CHECKING:
-    from ftac_gym.evaluation.entries import Entry
-
 GROUPS, STEPS = 30, 20
-"""Groups of control steps, and steps of each: an agent that decides every few steps does so alike in all groups."""
+"""Groups of control steps, and steps of each: agents with an action hold decide equally often in all groups."""
 
 
 class Stopwatch:
-    """Sums up the seconds spent inside :meth:`running`."""
+    """Sum of the seconds spent inside :meth:`running`."""
 
     def __init__(self) -> None:
         self.seconds = 0.0
@@ -39,44 +34,34 @@ class Stopwatch:
             self.seconds += perf_counter() - started
 
 
-class _TimedEnv(SpacecraftFTCVectorEnv):
-    """An environment that knows what it costs itself."""
-
-    def __init__(self, **arguments: Any) -> None:
-        super().__init__(**arguments)
-        self.stopwatch = Stopwatch()
-
-    def step(self, actions: Any) -> Any:
-        """Step on the clock."""
-        with self.stopwatch.running():
-            return super().step(actions)
-
-
 def step_cost(entry: Entry, scenario: Scenario) -> float:
-    """Measure one control step of one craft [us]: all that the controller computes, its base and observers included.
+    """Measure one control step of one spacecraft [us]: the policy with its base and observers.
 
-    The median over groups of steps of a running craft, on one thread; the environment's own time is taken off.
+    It is the median over groups of steps in one episode, on one thread, without the time of the environment.
 
     Parameters
     ----------
     entry
-        Whose first policy flies.
+        Entry whose first policy acts.
     scenario
         The task.
     """
-    contestant = resolve(copy(entry.policies[0]))
-    env = _TimedEnv(num_envs=1, scenario=scenario.replace(tumble_rate=None), observation=contestant.tier)
-    wrapped, costs = contestant.attach(env), []
-    observation, _ = wrapped.reset(seed=0)
-    state, start = None, np.ones(1, dtype=np.bool_)
+    duration = max(scenario.duration, (1 + GROUPS) * STEPS * scenario.control_period)
+    runner = PolicyRunner(scenario.replace(duration=duration), resolve(copy(entry.policies[0])))
+    runner.reset(runner.env.scenario.draw(0, 1))
+    step, whole, environment = runner.env.step, Stopwatch(), Stopwatch()
+
+    def timed_step(actions: Any) -> Any:
+        with environment.running():
+            return step(actions)
+
+    runner.env.step = timed_step  # type: ignore[method-assign]
+    costs = []
     with one_torch_thread():
         for _ in range(1 + GROUPS):
-            whole = Stopwatch()
-            env.stopwatch = Stopwatch()
+            before = whole.seconds - environment.seconds
             for _ in range(STEPS):
                 with whole.running():
-                    action, state = contestant.predict(observation, state, start, True)
-                    observation, *_ = wrapped.step(action)
-                start = np.zeros(1, dtype=np.bool_)
-            costs.append(1e6 * (whole.seconds - env.stopwatch.seconds) / STEPS)
+                    runner.step()
+            costs.append(1e6 * (whole.seconds - environment.seconds - before) / STEPS)
     return median(costs[1:])  # the first group warms up

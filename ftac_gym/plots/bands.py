@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from ftac_gym.evaluation.compare import Evaluation
+from ftac_gym.evaluation.batches import Evaluation
 from ftac_gym.plots.style import FLOOR, INK, MUTED, Stroke, dress, key, sheet, stroke
 from ftac_gym.utils.parameters import FloatArray, positive, require
 

@@ -83,6 +83,7 @@ class FaultEstimates(Transform):
             observed = kind in observers.names()
             require(observed or not gains, "gains", f"must not be given where source = {kind!r}", gains)
             self._source = FaultSource(scenario, self._memory, kind if observed else "none", gains)
+        self.information = "oracle" if self._true else self._source.information
         if self._true:
             self.inner.keep_final_truth = True
             parts = [(length, -bound, bound) for _, length, bound in fault_parts(len(self._limits))]
@@ -94,17 +95,9 @@ class FaultEstimates(Transform):
         self.extend(low, high)
         self._entries = np.zeros((self.num_spacecraft, len(high)))
 
-    @property
-    def information(self) -> str:
-        """The information tier: oracle for the truth, else that of the observer."""
-        return "oracle" if self._true else self._source.information
-
     def observe(self, observation: Observation, mask: BoolArray) -> Observation:
         """Add the estimate at the present measurement, which is new for the spacecraft in the mask (N,)."""
-        measurement = self.inner.measurement(truth=self._true)
-        started = self.started(measurement, mask)
-        if started.any():
-            self._memory.reset(started)
+        measurement = self.measure(mask, self._memory.reset, self._true)
         self._entries = np.where(mask[:, None], self._estimate(measurement, mask), self._entries)
         return np.concatenate([observation, self._entries], axis=1, dtype=np.float32)
 

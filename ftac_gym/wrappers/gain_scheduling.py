@@ -62,6 +62,7 @@ class Scheduling(Transform):
         super().__init__(env)
         scenario = self.inner.scenario
         self.baseline = non_oracle(base, scenario, self.num_spacecraft, gains)
+        self.information = self.baseline.information
         law = type(self.baseline)
         require(bool(law.schedulable), "base", f"must have gains to schedule, as {schedulable_bases()} have", base)
         changes = {name: value for name, value in gains.items() if name != "gains"}
@@ -90,11 +91,6 @@ class Scheduling(Transform):
         self._limits = scenario.spacecraft.wheels.torque_limits
         self.action_space = spaces.Box(-1.0, 1.0, (len(rows),), dtype=np.float32)
 
-    @property
-    def information(self) -> str:
-        """The information tier of the base."""
-        return self.baseline.information
-
     def values(self, actions: npt.NDArray[Any]) -> FloatArray:
         """Return the gains (N, k) for actions (N, k)."""
         share = np.clip(actions, -1.0, 1.0)
@@ -107,10 +103,7 @@ class Scheduling(Transform):
         """Return the base's actions at the present measurement with the gains for the actions (N, k)."""
         actions = np.asarray(actions, dtype=np.float64)
         require(bool(np.isfinite(actions).all()), "action", "must be finite", actions)
-        measurement = self.inner.measurement()
-        started = self.started(measurement, np.ones(self.num_spacecraft, dtype=np.bool_))
-        if started.any():
-            self.baseline.reset(started)
+        measurement = self.measure(np.ones(self.num_spacecraft, dtype=np.bool_), self.baseline.reset)
         self.baseline.schedule(dict(zip(self.gains, self.values(actions).T, strict=True)))
         return as_action(self.baseline.act(measurement), self._limits)
 

@@ -48,9 +48,11 @@ class History(Transform):
         if mask.all():
             self._newest = (self._newest + 1) % len(self._ring)
             self._ring[self._newest] = observation
-        started = self.started(self.inner.measurement(), mask)
-        if started.any():
+
+        def reset(started: BoolArray) -> None:
             self._ring[:, started] = observation[started]
+
+        self.measure(mask, reset)
         return self._joined(self._ring[self._newest], self._newest)
 
     def preview(self, observation: Observation, measurement: Measurement) -> Observation:

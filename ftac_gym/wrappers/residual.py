@@ -157,15 +157,11 @@ class Residual(Transform):
         self._unmodelled = UnmodelledTorque(scenario, self.num_spacecraft)
         self._limits = scenario.spacecraft.wheels.torque_limits
         self.baseline = non_oracle(base, scenario, self.num_spacecraft, gains)
+        self.information = self.baseline.information
         self.base_action = np.zeros((self.num_spacecraft, len(self._limits)))
         """(N, wheels) action of the base at the present measurement."""
         one = np.ones(len(self._limits))
         self.extend(-one, one)
-
-    @property
-    def information(self) -> str:
-        """The information tier of the base."""
-        return self.baseline.information
 
     def command(self, actions: npt.NDArray[Any]) -> FloatArray:
         """Return the base actions corrected by the residuals (N, wheels)."""
@@ -175,10 +171,7 @@ class Residual(Transform):
 
     def observe(self, observation: Observation, mask: BoolArray) -> Observation:
         """Let the base act on the present measurement, for the spacecraft in the mask (N,), and show its action."""
-        measurement = self.inner.measurement()
-        started = self.started(measurement, mask)
-        if started.any():
-            self.baseline.reset(started)
+        measurement = self.measure(mask, self.baseline.reset)
         command = self.baseline.act(measurement) if mask.all() else self.baseline.act_only(measurement, mask)
         self.base_action = np.where(mask[:, None], as_action(command, self._limits), self.base_action)
         if self._profile.torque_threshold is not None:

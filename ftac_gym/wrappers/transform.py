@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any, ClassVar, ParamSpec
 
 import gymnasium as gym
@@ -20,7 +20,9 @@ from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, require
 from ftac_gym.wrappers.action_hold import ActionHold
 
+Actions = npt.NDArray[Any]
 BoolArray = npt.NDArray[np.bool_]
+Info = dict[str, Any]
 Observation = npt.NDArray[np.float32]
 
 
@@ -28,7 +30,7 @@ class Transform:
     """Change of the actions and observations of N spacecraft; this one changes nothing.
 
     A subclass overrides :meth:`command`, :meth:`observe` and :meth:`preview`, and sets its spaces. Its state starts
-    anew for spacecraft whose clock stands at zero, whatever the autoreset mode: see :meth:`started`.
+    anew for spacecraft whose clock stands at zero, whatever the autoreset mode: see :meth:`measure`.
 
     Parameters
     ----------
@@ -44,33 +46,31 @@ class Transform:
 
     acts: ClassVar[bool] = False
     """Whether it turns the agent's actions into commands to the wheels."""
+    information = "attitude"
+    """Information tier of its inputs."""
 
     def __init__(self, env: Any) -> None:
         self.inner = env.unwrapped
-        """The environment with the measurements."""
+        """Environment with the measurements."""
         known = callable(getattr(self.inner, "measurement", None))
         require(known, "env", "must be an environment of ftac_gym", env)
         several = isinstance(env, VectorEnv)
-        space = env.single_observation_space if several else env.observation_space
-        flat = isinstance(space, spaces.Box) and len(space.shape) == 1
-        require(flat, "env", "must have a Box observation space with one axis", space)
-        for layer in _layers(env):
+        self.num_spacecraft: int = env.num_envs if several else 1
+        self.observation_space: Any = env.single_observation_space if several else env.observation_space
+        """Observation space of one spacecraft, for the agent."""
+        self.action_space: spaces.Space[Any] = env.single_action_space if several else env.action_space
+        """Action space of one spacecraft, for the agent."""
+        flat = isinstance(self.observation_space, spaces.Box) and len(self.observation_space.shape) == 1
+        require(flat, "env", "must have a Box observation space with one axis", self.observation_space)
+        layer = env
+        while isinstance(layer, (gym.Wrapper, VectorWrapper)):
             rule = "must not hold its actions yet: ActionHold goes outside of all that runs once per control period"
             require(not isinstance(layer, ActionHold), "env", rule, env)
             taken = self.acts and getattr(getattr(layer, "transform", None), "acts", False)
             require(not taken, "env", "must take commands to the wheels: one wrapper can act on them", env)
-        self.num_spacecraft: int = env.num_envs if several else 1
-        self.observation_space: Any = space
-        """Observation space of one spacecraft, for the agent."""
-        self.action_space: spaces.Space[Any] = env.single_action_space if several else env.action_space
-        """Action space of one spacecraft, for the agent."""
+            layer = layer.env
 
-    @property
-    def information(self) -> str:
-        """The information tier of its inputs."""
-        return "attitude"
-
-    def command(self, actions: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    def command(self, actions: Actions) -> Actions:
         """Return the actions to send on for the agent's actions (N, k)."""
         return actions
 
@@ -82,10 +82,23 @@ class Transform:
         """Return the agent's view of another observation (N, size) and measurement, without a change of state."""
         return observation
 
-    def started(self, measurement: Measurement, mask: BoolArray) -> BoolArray:
-        """Return the spacecraft (N,) of the mask that are at the start of an episode."""
-        started: BoolArray = mask & (measurement.time == 0.0)
-        return started
+    def measure(self, mask: BoolArray, reset: Callable[[BoolArray], None], truth: bool = False) -> Measurement:
+        """Return the present measurement, after a reset of the spacecraft in the mask whose episode starts with it.
+
+        Parameters
+        ----------
+        mask
+            (N,) spacecraft whose measurement is new.
+        reset
+            Function that resets the state of the spacecraft in a mask (N,).
+        truth
+            Whether to add the truth about the faults.
+        """
+        measurement: Measurement = self.inner.measurement(truth=truth)
+        started = mask & (measurement.time == 0.0)
+        if started.any():
+            reset(started)
+        return measurement
 
     def extend(self, low: FloatArray, high: FloatArray) -> None:
         """Add entries with these bounds (k,) to the observation space."""
@@ -95,9 +108,7 @@ class Transform:
         self.observation_space = spaces.Box(lowest, highest, dtype=np.float32)
 
 
-class TransformWrapper(
-    gym.Wrapper[Observation, npt.NDArray[Any], Observation, npt.NDArray[Any]], RecordConstructorArgs
-):
+class TransformWrapper(gym.Wrapper[Observation, Actions, Observation, Actions], RecordConstructorArgs):
     """A single environment with a transform.
 
     Parameters
@@ -129,14 +140,12 @@ class TransformWrapper(
         """Return the names of the transform and of the layers inside."""
         return f"<{type(self.transform).__name__}{self.env}>"
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observation, dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: Info | None = None) -> tuple[Observation, Info]:
         """Reset the environment and the transform."""
         observation, info = self.env.reset(seed=seed, options=options)
         return self.transform.observe(observation[None], self._all)[0], info
 
-    def step(self, action: npt.NDArray[Any]) -> tuple[Observation, Any, bool, bool, dict[str, Any]]:
+    def step(self, action: Actions) -> tuple[Observation, Any, bool, bool, Info]:
         """Step the environment through the transform.
 
         Raises
@@ -151,9 +160,7 @@ class TransformWrapper(
         return (self.transform.observe(observation[None], self._all)[0], *others)
 
 
-class VectorTransformWrapper(
-    VectorWrapper[Observation, npt.NDArray[Any], Observation, npt.NDArray[Any], npt.NDArray[Any]]
-):
+class VectorTransformWrapper(VectorWrapper[Observation, Actions, Observation, Actions, npt.NDArray[Any]]):
     """A vector environment with a transform, in every autoreset mode.
 
     Parameters
@@ -181,17 +188,13 @@ class VectorTransformWrapper(
         self.action_space = batch_space(self.single_action_space, env.num_envs)
         self._all = np.ones(env.num_envs, dtype=np.bool_)
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observation, dict[str, Any]]:
+    def reset(self, *, seed: Any = None, options: Info | None = None) -> tuple[Observation, Info]:
         """Reset the spacecraft, or those of a mask, and the transform's state of them."""
         observation, infos = self.env.reset(seed=seed, options=options)
         mask = (options or {}).get("reset_mask")
         return self.transform.observe(observation, self._all if mask is None else mask), infos
 
-    def step(
-        self, actions: npt.NDArray[Any]
-    ) -> tuple[Observation, npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], dict[str, Any]]:
+    def step(self, actions: Actions) -> tuple[Observation, Any, npt.NDArray[Any], npt.NDArray[Any], Info]:
         """Step the spacecraft through the transform.
 
         Raises
@@ -202,20 +205,15 @@ class VectorTransformWrapper(
         actions = np.asarray(actions)
         if actions.shape != self.action_space.shape:
             raise ValueError(f"actions must have shape {self.action_space.shape}, got {actions.shape}")
-        observation, *others, infos = self.env.step(self.transform.command(actions))
+        observation, reward, terminated, truncated, infos = self.env.step(self.transform.command(actions))
         if "final_obs" in infos:
-            self._complete(infos["final_obs"], np.flatnonzero(infos["_final_obs"]), observation)
-        return (self.transform.observe(observation, self._all), *others, infos)  # type: ignore[return-value]
-
-    def _complete(self, final: npt.NDArray[Any], ended: npt.NDArray[np.intp], observation: Observation) -> None:
-        """Replace the last observations of the spacecraft that ended by the agent's view of them (same-step mode)."""
-        # The environment has reset these spacecraft already; the transform still holds the state of their episodes.
-        last = observation.copy()
-        for spacecraft in ended:
-            last[spacecraft] = final[spacecraft]
-        seen = self.transform.preview(last, self.env.unwrapped.final_measurement)  # type: ignore[attr-defined]
-        for spacecraft in ended:
-            final[spacecraft] = seen[spacecraft].copy()
+            # The environment has reset these spacecraft already; the transform still holds the state of their episodes.
+            ended, last = np.flatnonzero(infos["_final_obs"]), observation.copy()
+            last[ended] = np.stack(infos["final_obs"][ended])
+            seen = self.transform.preview(last, self.env.unwrapped.final_measurement)  # type: ignore[attr-defined]
+            for spacecraft in ended:
+                infos["final_obs"][spacecraft] = seen[spacecraft].copy()
+        return self.transform.observe(observation, self._all), reward, terminated, truncated, infos
 
 
 Arguments = ParamSpec("Arguments")
@@ -244,10 +242,3 @@ def wrapper(name: str, transform: Callable[Arguments, Transform]) -> Callable[Ar
     functools.update_wrapper(wrap, transform, updated=())
     wrap.__name__ = wrap.__qualname__ = name
     return wrap
-
-
-def _layers(env: Any) -> Iterator[Any]:
-    """Yield the wrappers around an environment, the outermost first."""
-    while isinstance(env, (gym.Wrapper, VectorWrapper)):
-        yield env
-        env = env.env

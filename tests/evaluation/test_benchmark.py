@@ -58,14 +58,14 @@ def entries(agent):
 
 @pytest.fixture
 def small_batches(monkeypatch):
-    monkeypatch.setattr(import_module("ftac_gym.evaluation.compare"), "BATCH", 2)
+    monkeypatch.setattr(import_module("ftac_gym.evaluation.batches"), "BATCH", 2)
 
 
 @pytest.fixture(scope="module")
 def alone(entries):
     """The benchmark as a single process flies it."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(import_module("ftac_gym.evaluation.compare"), "BATCH", 2)
+        patch.setattr(import_module("ftac_gym.evaluation.batches"), "BATCH", 2)
         return fly(entries, EPISODES, LAWS[0], workers=1, measure=False)
 
 

@@ -29,7 +29,7 @@ EPISODES = SHORT.draw(3, 7)
 @pytest.fixture
 def small_batches(monkeypatch):
     """Three episodes to a batch, so that seven episodes make three batches; counts the rollouts."""
-    module = import_module("ftac_gym.evaluation.compare")  # the function hides the module of that name
+    module = import_module("ftac_gym.evaluation.batches")
     calls = []
 
     def counted(scenario, policy, episodes):

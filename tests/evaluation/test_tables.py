@@ -5,7 +5,8 @@ import pytest
 
 from ftac_gym import scenarios
 from ftac_gym.evaluation import compare
-from ftac_gym.evaluation.compare import TABLE_METRICS, Evaluation
+from ftac_gym.evaluation.batches import Evaluation
+from ftac_gym.evaluation.compare import TABLE_METRICS
 from ftac_gym.evaluation.statistics import Estimate
 from ftac_gym.evaluation.tables import kind_table, markdown, metric_tables, number, split_table, verdict
 
