@@ -9,23 +9,18 @@ import numpy as np
 from ftac_gym.attitude import cross
 from ftac_gym.baselines.components.relative_motion import RelativeMotion
 from ftac_gym.baselines.components.takagi_sugeno import TriangularSets
-from ftac_gym.baselines.controllers.flexible import FlexibleController, FlexibleGains, scheduled_feedback
-from ftac_gym.baselines.gains import Range, changed, fixed, parameter
+from ftac_gym.baselines.controllers.flexible import FlexibleController, ScheduledGains, scheduled_feedback
+from ftac_gym.baselines.gains import Range, fixed, parameter
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
 
 @dataclass(frozen=True)
-class AISMCGains(FlexibleGains):
+class AISMCGains(ScheduledGains):
     """Gains of :class:`AISMC`."""
 
     faults: str = fixed("none")
     observer: None = fixed(None)
-    design: str = parameter(
-        "solved",
-        "Source of K_i [N m s/rad], see :class:`~ftac_gym.baselines.controllers.fuzzy_smc.FuzzySMC`",
-    )
-    slope: float = changed(FlexibleGains, "slope", search=Range(0.05, 2.0, log=True))
     margin: float = parameter(0.002, "sigma", "N m", non_negative, Range(1e-4, 0.1, log=True))
     layer: float = parameter(0.01, "sigma'", "rad/s", positive, Range(1e-3, 0.3, log=True))
 

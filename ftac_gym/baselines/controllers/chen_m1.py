@@ -15,7 +15,7 @@ from ftac_gym.baselines.components.fuzzy import FuzzyApproximator
 from ftac_gym.baselines.components.reaching import PowerReaching
 from ftac_gym.baselines.components.surfaces import signed_power
 from ftac_gym.baselines.controllers.chen import ChenController, ChenFuzzyGains
-from ftac_gym.baselines.controllers.prescribed import PrescribedError
+from ftac_gym.baselines.controllers.prescribed import PrescribedError, PrescribedGains
 from ftac_gym.baselines.gains import Range, changed, fixed, parameter
 from ftac_gym.baselines.rules import Choice, Interval, Whole
 from ftac_gym.task.measurement import Measurement
@@ -24,7 +24,7 @@ from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
 
 @dataclass(frozen=True)
-class ChenM1Gains(ChenFuzzyGains):
+class ChenM1Gains(ChenFuzzyGains, PrescribedGains):
     """Gains of :class:`ChenM1`."""
 
     shadow_switch: bool = fixed(True)
@@ -37,24 +37,17 @@ class ChenM1Gains(ChenFuzzyGains):
     filter_second: float = parameter(4.0, "b2", "", positive)
     filter_substeps: int = parameter(1, "Euler steps per call, not printed. Zero for no filter", "", Whole(0))
     filter_start: str = parameter(
-        "zero", "Start of the filter, not printed: at zero, or at the virtual control", rule=Choice(("zero", "virtual"))
+        "zero", "Start of the filter, not printed: zero or the virtual control", rule=Choice(("zero", "virtual"))
     )
-    bound: Mapping[str, Any] | None = parameter(
-        None,
-        "Fields of the :class:`~ftac_gym.task.prescribed_bound.PrescribedBound` that differ from the scenario's",
+    bound: Mapping[str, Any] | None = changed(
+        PrescribedGains,
+        "bound",
         search={
             "initial": Range(1.05, 3.0, log=True),
             "final": Range(1e-4, 0.2, log=True),
             "decay": Range(0.01, 0.5, log=True),
         },
     )
-    mirror: bool = parameter(
-        False, "Whether the bounds of each spacecraft are mirrored, axis by axis, to the signs of its start"
-    )
-    margin: float = parameter(
-        1e-5, "Distance to a bound, in units of that between the two, within which epsilon follows its tangent", "",
-        Interval(0.0, 0.5),
-    )  # fmt: skip
 
 
 class ChenM1(ChenController):
@@ -91,7 +84,7 @@ class ChenM1(ChenController):
         super()._build()
         own = self.gains
         self._reaching = PowerReaching(own.rate_gain, own.rate_power_gain, own.power)
-        self._error = PrescribedError(self.scenario, self.memory, own.bound, own.mirror, own.margin)
+        self._error = PrescribedError(self.scenario, self.memory, own)
         self._fuzzy = FuzzyApproximator(self.memory, 9, own.fuzzy_gain, own.fuzzy_leak, own.fuzzy_width, self._period)
         self._command_filter = None
         if own.filter_substeps > 0:

@@ -11,12 +11,14 @@ import numpy as np
 from ftac_gym.attitude import cross
 from ftac_gym.baselines import synthesis
 from ftac_gym.baselines.components.allocation import within_limits
-from ftac_gym.baselines.components.relative_motion import RelativeMotion, relative_motion
+from ftac_gym.baselines.components.relative_motion import RelativeMotion
 from ftac_gym.baselines.components.takagi_sugeno import TakagiSugenoModel
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantController, FaultTolerantGains
-from ftac_gym.baselines.gains import fixed, parameter
-from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter, AttitudeFilterGains
+from ftac_gym.baselines.controllers.filtered import FilteredController
+from ftac_gym.baselines.gains import Range, changed, fixed, parameter
+from ftac_gym.baselines.observers.attitude_filter import AttitudeFilterGains
 from ftac_gym.baselines.rules import Choice, flag
+from ftac_gym.baselines.synthesis.designs import DESIGNS
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, non_negative, require
@@ -39,7 +41,19 @@ class FlexibleGains(AttitudeFilterGains, FaultTolerantGains):
     )
 
 
-class FlexibleController(FaultTolerantController):
+@dataclass(frozen=True)
+class ScheduledGains(FlexibleGains):
+    """Gains of a controller with the feedback K_i of the fuzzy rules, see :func:`scheduled_feedback`."""
+
+    design: str = parameter(
+        "solved",
+        "Source of K_i [N m s/rad]: the paper's appendix, or its matrix inequalities solved for this spacecraft",
+        rule=Choice(DESIGNS),
+    )
+    slope: float = changed(FlexibleGains, "slope", search=Range(0.05, 2.0, log=True))
+
+
+class FlexibleController(FaultTolerantController, FilteredController):
     """A controller for a body of inertia J - delta' delta with appendages (Eqs. (35), (36) of Li et al. 2023).
 
     The momentum of the wheels is not in the paper's equations. In a scenario with it, its torque is a fault for the
@@ -59,7 +73,6 @@ class FlexibleController(FaultTolerantController):
     def _build(self) -> None:
         super()._build()
         self._quick_inertia = self.scenario.spacecraft.quick_inertia
-        self._filter = AttitudeFilter(self.scenario, self.memory, self.gains.attitude_filter_time)
 
     @abstractmethod
     def _torque(self, measurement: Measurement, motion: RelativeMotion, variable: FloatArray) -> FloatArray:
@@ -86,16 +99,13 @@ class FlexibleController(FaultTolerantController):
             torque = torque + motion.feed_forward(measurement) @ self._quick_inertia
         return torque
 
-    def _motion(self, attitude: FloatArray, measurement: Measurement) -> RelativeMotion:
-        return relative_motion(attitude, measurement, self._moving, self.gains.short_way)
-
     def sliding_variable(self, measurement: Measurement) -> FloatArray:
         """Return s (N, 3) [rad/s] at a measurement, for its unfiltered attitude."""
-        return self._variable(self._motion(measurement.attitude, measurement))
+        return self._variable(self._motion(measurement, move_on=False, short_way=self.gains.short_way))
 
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m]."""
-        motion = self._motion(self._filter.update(measurement), measurement)
+        motion = self._motion(measurement, move_on=True, short_way=self.gains.short_way)
         estimate = self._faults.update(measurement)
         torque = self._torque(measurement, motion, self._variable(motion))
         command = self._to_wheels_evenly(torque, estimate)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from ftac_gym.baselines.components.relative_motion import RelativeMotion
 from ftac_gym.baselines.components.rows import length
 from ftac_gym.baselines.components.takagi_sugeno import TriangularSets
-from ftac_gym.baselines.controllers.flexible import FlexibleController, FlexibleGains, scheduled_feedback
+from ftac_gym.baselines.controllers.flexible import FlexibleController, ScheduledGains, scheduled_feedback
 from ftac_gym.baselines.gains import Range, changed, parameter
 from ftac_gym.baselines.rules import flag
 from ftac_gym.task.measurement import Measurement
@@ -15,17 +15,11 @@ from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
 
 @dataclass(frozen=True)
-class FuzzySMCGains(FlexibleGains):
+class FuzzySMCGains(ScheduledGains):
     """Gains of :class:`FuzzySMC`."""
 
-    faults: str = changed(FlexibleGains, "faults", "fafeo")
-    design: str = parameter(
-        "solved",
-        'Source of K_i [N m s/rad]: ``"published"`` (the paper\'s appendix) or ``"solved"`` (its matrix inequalities '
-        "for this spacecraft)",
-    )
+    faults: str = changed(ScheduledGains, "faults", "fafeo")
     feedback_share: float = parameter(1.0, "Factor on K_i", "", positive, Range(0.8, 40.0, log=True))
-    slope: float = changed(FlexibleGains, "slope", search=Range(0.05, 2.0, log=True))
     linear: float = parameter(0.2, "sigma_1", "N m s/rad", non_negative)
     switching: float = parameter(0.15, "sigma_2", "N m", non_negative, Range(1e-4, 0.1, log=True))
     layer: float = parameter(1e-4, "sigma_2'", "rad/s", positive, Range(1e-4, 0.1, log=True))

@@ -79,7 +79,7 @@ class PD(DirectController):
     def _demand(self, measurement: Measurement) -> FloatArray:
         """Return the torque demanded on the body, (N, 3) [N m]."""
         gains: PDGains = self.scheduled
-        motion = self._motion(measurement, move_on=True, short_way=True)
+        motion = self._motion(measurement, move_on=True)
         error, rate_error = motion.error, motion.rate_error
         vector = error[:, 1:]
         sine = length(vector)

@@ -11,7 +11,7 @@ from ftac_gym.baselines.controllers.relative import RelativeController, Relative
 from ftac_gym.baselines.gains import Range, Share, parameter
 from ftac_gym.baselines.rules import Interval
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, positive, require
+from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, positive
 
 
 @dataclass(frozen=True)
@@ -26,17 +26,11 @@ class PredefinedTimeGains(RelativeGains):
         1.0, "f_a at zero", "1/s", positive, Range(0.1, 0.8), share=Share("position_share", of="rate_gain")
     )
     rate_gain: float = parameter(
-        4.0, "f_b at zero, above f_a and well below two over the control period", "1/s", positive, Range(0.5, 8.0)
+        4.0, "f_b at zero, well below two over the control period", "1/s", positive, Range(0.5, 8.0)
     )
     switching_gain: float = parameter(
         1e-4, "a. Zero leaves the switching term out", "1/s^2", non_negative, Range(1e-6, 1e-2, log=True)
     )
-
-    def __post_init__(self) -> None:
-        """Check the fields."""
-        super().__post_init__()
-        rule = f"must be below rate_gain = {self.rate_gain!r}"
-        require(self.position_gain < self.rate_gain, "position_gain", rule, self.position_gain)
 
 
 class PredefinedTimeController(RelativeController):

@@ -3,17 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.baselines.components.error_transformation import ErrorTransformation, Transformed
+from ftac_gym.baselines.gains import Gains, parameter
 from ftac_gym.baselines.memory import Memory
+from ftac_gym.baselines.rules import Interval
 from ftac_gym.task.prescribed_bound import PrescribedBound
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, fields_named, require
+
+
+@dataclass(frozen=True)
+class PrescribedGains(Gains):
+    """Gains of :class:`PrescribedError` in a controller."""
+
+    bound: Mapping[str, Any] | None = parameter(
+        None, "Fields of the :class:`~ftac_gym.task.prescribed_bound.PrescribedBound` that differ from the scenario's"
+    )
+    mirror: bool = parameter(False, "Whether the bounds are mirrored, axis by axis, to the signs of the start")
+    margin: float = parameter(
+        1e-5, "Distance to a bound, over that between the two, within which epsilon follows its tangent", "",
+        Interval(0.0, 0.5),
+    )  # fmt: skip
 
 
 class PrescribedError:
@@ -25,14 +41,11 @@ class PrescribedError:
         The task; its ``prescribed_bound`` is the default.
     memory
         Store of the spacecraft that have started and of the mirrored bounds.
-    changes
-        Fields of the bound that differ from the task's, or, if that has none, from
-        :class:`~ftac_gym.task.prescribed_bound.PrescribedBound`'s own.
-    mirror
-        Whether the bounds of a spacecraft are exchanged, axis by axis, where its start has the sign of the narrower
-        side. Metrics take the bound of the scenario: give them one whose bound is ``bound.mirrored(axes)``.
-    margin
-        See :class:`~ftac_gym.baselines.components.error_transformation.ErrorTransformation`.
+    gains
+        Bound, mirroring and margin. Without a bound of the task, the fields differ from the defaults of
+        :class:`~ftac_gym.task.prescribed_bound.PrescribedBound`. Mirrored bounds are exchanged, axis by axis, where the
+        start has the sign of the narrower side. Metrics take the bound of the scenario: give them one whose bound is
+        ``bound.mirrored(axes)``.
 
     Raises
     ------
@@ -40,18 +53,17 @@ class PrescribedError:
         If a value breaks a rule.
     """
 
-    def __init__(
-        self, scenario: Scenario, memory: Memory, changes: Mapping[str, Any] | None, mirror: bool, margin: float
-    ) -> None:
+    def __init__(self, scenario: Scenario, memory: Memory, gains: PrescribedGains) -> None:
+        changes = gains.bound
         known = [item.name for item in fields(PrescribedBound)]
         require(changes is None or isinstance(changes, Mapping), "bound", f"must be a mapping with {known}", changes)
         for name in changes or {}:
             require(name in known, "bound", f"must have fields among {known}", name)
         with fields_named("bound."):
             self.bound = replace(scenario.prescribed_bound or PrescribedBound(), **(changes or {}))
-        self._transformation = ErrorTransformation(self.bound, margin)
-        require(isinstance(mirror, bool), "mirror", "must be True or False", mirror)
-        self._mirror = mirror
+        self._transformation = ErrorTransformation(self.bound, gains.margin)
+        require(isinstance(gains.mirror, bool), "mirror", "must be True or False", gains.mirror)
+        self._mirror = gains.mirror
         self._memory = memory
         memory.add("within_bounds", (1,), initial=False)
         memory.add("mirrored", (3,), initial=False)

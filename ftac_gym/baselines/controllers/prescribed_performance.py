@@ -8,9 +8,9 @@ from typing import Any
 
 from ftac_gym.baselines.components.error_transformation import Transformed
 from ftac_gym.baselines.components.reaching import PowerReaching
-from ftac_gym.baselines.controllers.prescribed import PrescribedError
+from ftac_gym.baselines.controllers.prescribed import PrescribedError, PrescribedGains
 from ftac_gym.baselines.controllers.relative import RelativeController, RelativeGains
-from ftac_gym.baselines.gains import Range, parameter
+from ftac_gym.baselines.gains import Range, changed, parameter
 from ftac_gym.baselines.rules import Interval
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.prescribed_bound import PrescribedBound
@@ -18,27 +18,23 @@ from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
 
 @dataclass(frozen=True)
-class PrescribedPerformanceGains(RelativeGains):
+class PrescribedPerformanceGains(RelativeGains, PrescribedGains):
     """Gains of :class:`PrescribedPerformance`."""
 
     attitude_gain: float = parameter(0.05, "k1", "1/s", positive, Range(0.01, 2.0, log=True))
     rate_gain: float = parameter(2.0, "k2", "1/s", non_negative, Range(0.3, 8.0, log=True))
     rate_power_gain: float = parameter(1e-3, "tau2", "", non_negative, Range(1e-4, 0.1, log=True))
     power: float = parameter(0.3, "g", "", Interval(0.0, 1.0))
-    bound: Mapping[str, Any] | None = parameter(
-        None,
-        "Fields of the :class:`~ftac_gym.task.prescribed_bound.PrescribedBound` that differ from the scenario's",
+    bound: Mapping[str, Any] | None = changed(
+        PrescribedGains,
+        "bound",
         search={
             "initial": Range(1.05, 10.0, log=True),
             "final": Range(1e-4, 0.3, log=True),
             "decay": Range(0.01, 0.5, log=True),
         },
     )
-    mirror: bool = parameter(False, "See :class:`~ftac_gym.baselines.controllers.prescribed.PrescribedError`")
-    margin: float = parameter(
-        0.05, "See :class:`~ftac_gym.baselines.controllers.prescribed.PrescribedError`", "", None,
-        Range(1e-4, 0.3, log=True),
-    )  # fmt: skip
+    margin: float = changed(PrescribedGains, "margin", 0.05, search=Range(1e-4, 0.3, log=True))
 
 
 class PrescribedPerformance(RelativeController):
@@ -70,7 +66,7 @@ class PrescribedPerformance(RelativeController):
         super()._build()
         own = self.gains
         self._reaching = PowerReaching(own.rate_gain, own.rate_power_gain, own.power)
-        self._error = PrescribedError(self.scenario, self.memory, own.bound, own.mirror, own.margin)
+        self._error = PrescribedError(self.scenario, self.memory, own)
 
     @property
     def bound(self) -> PrescribedBound:

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ftac_gym.baselines.components.allocation import scale_to_limits
-from ftac_gym.baselines.components.relative_motion import RelativeMotion, relative_motion
+from ftac_gym.baselines.components.relative_motion import RelativeMotion
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantController, FaultTolerantGains
-from ftac_gym.baselines.gains import Range, fixed, parameter
-from ftac_gym.baselines.observers.attitude_filter import AttitudeFilter
+from ftac_gym.baselines.controllers.filtered import FilteredController
+from ftac_gym.baselines.gains import Range, changed, fixed
+from ftac_gym.baselines.observers.attitude_filter import AttitudeFilterGains
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.utils.parameters import FloatArray, non_negative
+from ftac_gym.utils.parameters import FloatArray
 
 
 def _mrp(motion: RelativeMotion) -> FloatArray:
@@ -21,16 +22,14 @@ def _mrp(motion: RelativeMotion) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class RelativeGains(FaultTolerantGains):
+class RelativeGains(AttitudeFilterGains, FaultTolerantGains):
     """Gains of :class:`RelativeController`."""
 
     smallest_effectiveness: float = fixed(0.05)
-    attitude_filter_time: float = parameter(
-        1.0, "Time constant of the attitude filter. Zero for no filter", "s", non_negative, Range(0.1, 5.0)
-    )
+    attitude_filter_time: float = changed(AttitudeFilterGains, "attitude_filter_time", 1.0, search=Range(0.1, 5.0))
 
 
-class RelativeController(FaultTolerantController):
+class RelativeController(FaultTolerantController, FilteredController):
     """A fault-tolerant law for a sampled, saturating, noisy craft: the subclass says how the error shall accelerate.
 
     With the error MRP sigma_e of q_e = conj(q_d) (x) q, always on the short branch, and w_e = w - C(q_e) w_d:
@@ -45,10 +44,6 @@ class RelativeController(FaultTolerantController):
     gains = RelativeGains()
     takes_torques: ClassVar[bool] = True
 
-    def _build(self) -> None:
-        super()._build()
-        self._filter = AttitudeFilter(self.scenario, self.memory, self.gains.attitude_filter_time)
-
     @abstractmethod
     def _variable(self, measurement: Measurement, error: FloatArray, rate_error: FloatArray) -> FloatArray:
         """Return s (N, 3) for sigma_e and w_e, each (N, 3), without moving on."""
@@ -59,12 +54,12 @@ class RelativeController(FaultTolerantController):
 
     def sliding_variable(self, measurement: Measurement) -> FloatArray:
         """Return s (N, 3) at a measurement, for its unfiltered attitude."""
-        motion = relative_motion(measurement.attitude, measurement, self._moving)
+        motion = self._motion(measurement, move_on=False)
         return self._variable(measurement, _mrp(motion), motion.rate_error)
 
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m]."""
-        motion = relative_motion(self._filter.update(measurement), measurement, self._moving)
+        motion = self._motion(measurement, move_on=True)
         acceleration = self._acceleration(measurement, _mrp(motion), motion.rate_error)
         if self._moving:
             acceleration = acceleration + motion.feed_forward(measurement)

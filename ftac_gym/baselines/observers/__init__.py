@@ -1,11 +1,11 @@
 """Observers, one per file; those of faults by name.
 
-Every fault observer has one method, ``update(measurement, command, dt) -> FaultEstimate``.
+All derive from :class:`~ftac_gym.baselines.observers.observer.FaultObserver`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from ftac_gym.baselines.gains import SearchSpace
@@ -27,7 +27,7 @@ PRINTED_LEARNING: dict[str, Any] = {
 }
 """M, H1 and H2 of Table 1 of Cao et al. 2022."""
 
-_OBSERVERS: dict[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
+_OBSERVERS: dict[str, tuple[type[FaultObserver], Mapping[str, Any]]] = {
     "asmo": (SlidingModeObserver, {}),
     "asmo_printed": (SlidingModeObserver, {"effectiveness_gain": 0.5, "bias_gain": 1.0, "layer": 0.0}),
     "lo": (LearningObserver, {**PRINTED_LEARNING, "forgetting": 0.9, "switching": 2.5, "full_torque": None}),
@@ -38,12 +38,17 @@ _OBSERVERS: dict[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
 }
 
 OF_TORQUES = ("fafeo", "ilo_class")
-"""Observers of the torque on the body, which say nothing of single wheels."""
+"""Observers of the torque on the body, without estimates of single wheels."""
 
 
 def names() -> list[str]:
     """Return the names of the fault observers."""
     return sorted(_OBSERVERS)
+
+
+def _found(name: str) -> tuple[type[FaultObserver], Mapping[str, Any]]:
+    require(name in _OBSERVERS, "observer", f"must be one of {names()}", name)
+    return _OBSERVERS[name]
 
 
 def make(name: str, scenario: Scenario, memory: Memory, **gains: Any) -> FaultObserver:
@@ -56,48 +61,27 @@ def make(name: str, scenario: Scenario, memory: Memory, **gains: Any) -> FaultOb
     scenario
         The task.
     memory
-        Where it keeps its state.
+        Store of its state.
     **gains
-        Parameters that differ from its own; see its class.
+        Gains that differ from the defaults; see the class.
 
     Raises
     ------
     ValueError
         If the name or a gain is unknown, a gain breaks a rule, or the observer does not fit the scenario's wheels.
     """
-    require(name in _OBSERVERS, "observer", f"must be one of {names()}", name)
-    observer, preset = _OBSERVERS[name]
+    observer, preset = _found(name)
     try:
-        built: FaultObserver = observer(scenario, memory, **{**preset, **gains})
-        return built
+        return observer(scenario, memory, **{**preset, **gains})
     except TypeError as error:
         raise ValueError(f"gains of {name}: {error}") from None
 
 
 def information(name: str) -> str:
     """Return the tier of information that a fault observer needs."""
-    require(name in _OBSERVERS, "observer", f"must be one of {names()}", name)
-    tier: str = getattr(_OBSERVERS[name][0], "information", "attitude")
-    return tier
+    return _found(name)[0].information
 
 
 def search_space(name: str) -> SearchSpace:
-    """Return where the gains of a fault observer may lie."""
-    require(name in _OBSERVERS, "observer", f"must be one of {names()}", name)
-    space: SearchSpace = getattr(_OBSERVERS[name][0], "search_space", {})
-    return space
-
-
-__all__ = [
-    "PRINTED_LEARNING",
-    "FaultObserver",
-    "FuzzyObserver",
-    "IterativeLearningObserver",
-    "LearningObserver",
-    "SlidingModeObserver",
-    "Tachometer",
-    "information",
-    "make",
-    "names",
-    "search_space",
-]
+    """Return the ranges that a tuner searches for a fault observer, by the name of the gain."""
+    return _found(name)[0].search_space

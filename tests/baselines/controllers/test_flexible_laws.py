@@ -405,7 +405,7 @@ def two_modes():
         ("fuzzy_smc_ilo_class", rigid, {}, "appendages must be given"),
         ("fuzzy_pd", rigid, {}, "appendages must be given"),
         ("aismc", rigid, {}, "appendages must be given"),
-        ("aismc", two_modes, {}, "design must be 'solved' for a craft with 2 modes"),
+        ("aismc", two_modes, {}, "design must be 'solved' for a spacecraft with 2 modes"),
         ("fuzzy_smc", lambda: FLEXIBLE, {}, "design must leave a stable"),
         ("fuzzy_smc", lambda: LI, {"limit": "all"}, "limit must be one of"),
         ("fuzzy_smc", lambda: LI, {"slope": -1.0}, "slope must not be negative"),
