@@ -130,11 +130,11 @@ def with_base_gains(interface: Interface) -> Interface:
     wrappers = []
     for name, arguments in interface.wrappers:
         if (base := base_of(name, arguments)) is not None:
-            own = {"base", "authority", "authority_angle", "authority_floor", "torque_threshold", "ranges", "gains"}
-            changes = {key: value for key, value in arguments.items() if key not in own}
-            gains = merged(baselines.defaults(base), baselines.chosen(base, arguments.get("gains", "default"), changes))
-            kept = {key: value for key, value in arguments.items() if key in own - {"gains"}}
-            arguments = {"base": base, **kept, **gains}
+            known = baselines.defaults(base)
+            changes = {key: value for key, value in arguments.items() if key in known}
+            others = {key: value for key, value in arguments.items() if key not in ("gains", *known)}
+            gains = merged(known, baselines.chosen(base, arguments.get("gains", "default"), changes))
+            arguments = {"base": base, **others, **gains}
         wrappers.append((name, arguments))
     return Interface(interface.observation, tuple(wrappers), interface.hold, interface.critic_sees_faults)
 

@@ -6,6 +6,13 @@ import sys
 from pathlib import Path
 
 SCRIPTS = Path(__file__).parents[2] / "train"
+RARELY = ("--checkpoint-every", "512", "--evaluate-every", "100000000", "--torch-threads", "1")
+"""Options of short trainings: evaluations at the end alone."""
+TINY = (
+    *("--critic-warmup", "0", "--num-envs", "8", "--hyperparameters", "n_steps=32", "batch_size=128"),
+    *RARELY,
+)
+"""Options of tiny trainings: 8 spacecraft and rollouts of 32 steps, 256 steps to a rollout."""
 
 
 def command(script, *arguments):

@@ -12,20 +12,10 @@ from matplotlib.figure import Figure
 from ftac_gym import scenarios
 from ftac_gym.agents.agent import Agent
 from ftac_gym.agents.shipped import SHIPPED
-from ftac_gym.baselines import tuned
 from ftac_gym.evaluation import rollout
 from ftac_gym.evaluation.compare import TABLE_METRICS
 from ftac_gym.evaluation.metrics import UNITS
 from ftac_gym.scenarios import frozen
-
-
-@pytest.fixture
-def stored(tmp_path, monkeypatch):
-    """Return an empty folder for tuned gains."""
-    folder = tmp_path / "tuned_gains"
-    folder.mkdir()
-    monkeypatch.setattr(tuned, "FOLDER", folder)
-    return folder
 
 
 def write(folder, name, trials=7, **gains):

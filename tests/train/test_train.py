@@ -11,7 +11,7 @@ import time
 import gymnasium as gym
 import numpy as np
 import pytest
-from helpers.scripts import command, module_of, run
+from helpers.scripts import TINY, command, module_of, run
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.agents.agent import Agent
@@ -20,11 +20,6 @@ from ftac_gym.evaluation.metrics import UNITS
 from ftac_gym.task.objective import RewardWeights
 
 SHORT = scenarios.get("flagship").replace(duration=3.0)
-# 8 spacecraft and rollouts of 32 steps: 256 steps to a rollout.
-TINY = ("--critic-warmup", "0",
-    "--num-envs", "8", "--hyperparameters", "n_steps=32", "batch_size=128", "--checkpoint-every", "512",
-    "--evaluate-every", "100000000", "--torch-threads", "1",
-)  # fmt: skip
 
 
 @pytest.fixture(scope="module")

@@ -4,28 +4,13 @@ import json
 
 import numpy as np
 import pytest
-from helpers.scripts import module_of, run
+from helpers.scripts import RARELY, TINY, module_of, run
 
 from ftac_gym import scenarios
 from ftac_gym.agents.agent import Agent
 from ftac_gym.evaluation import rollout
 
 SHORT = scenarios.get("flagship").replace(duration=3.0)
-END = (
-    "--checkpoint-every",
-    "512",
-    "--evaluate-every",
-    "100000000",
-    "--evaluation-episodes",
-    "2",
-    "--torch-threads",
-    "1",
-)
-# 8 spacecraft and rollouts of 32 steps: 256 steps to a rollout.
-TINY = ("--critic-warmup", "0",
-    "--num-envs", "8", "--hyperparameters", "n_steps=32", "batch_size=128", "--checkpoint-every", "512",
-    "--evaluate-every", "100000000", "--torch-threads", "1",
-)  # fmt: skip
 
 
 @pytest.mark.parametrize("algorithm", ["recurrent_ppo", "sac", "tqc"])
@@ -34,7 +19,8 @@ def test_every_algorithm_trains_resumes_and_flies(algorithm, tmp_path):
     settings = (
         ("n_steps=16", "batch_size=64") if on_policy else ("buffer_size=2000", "learning_starts=64", "batch_size=64")
     )
-    arguments = ("--run-folder", "run", "--algo", algorithm, "--num-envs", 8, "--hyperparameters", *settings, *END)
+    options = ("--algo", algorithm, "--num-envs", 8, "--hyperparameters", *settings, *RARELY)
+    arguments = ("--run-folder", "run", *options, "--evaluation-episodes", 2)
     first = run("train.py", *arguments, "--total-steps", 256, folder=tmp_path)
     assert first.returncode == 0, first.stderr
     again = run("train.py", *arguments, "--total-steps", 512, "--resume", folder=tmp_path)
@@ -69,20 +55,8 @@ def test_the_curriculum_holds_from_the_first_episode_on(tmp_path, monkeypatch):
 
 
 def test_several_seeds(tmp_path):
-    arguments = (
-        "--run-folder",
-        "runs",
-        "--seeds",
-        2,
-        "--seed",
-        3,
-        "--total-steps",
-        256,
-        *TINY,
-        "--evaluation-episodes",
-        2,
-    )
-    result = run("train.py", *arguments, folder=tmp_path)
+    arguments = ("--run-folder", "runs", "--seeds", 2, "--seed", 3, "--total-steps", 256, *TINY)
+    result = run("train.py", *arguments, "--evaluation-episodes", 2, folder=tmp_path)
     assert result.returncode == 0, result.stderr
     agents = [tmp_path / "runs" / f"seed_{seed}" / "agent" for seed in (3, 4)]
     assert [json.loads((path / "card.json").read_text())["seed"] for path in agents] == [3, 4]

@@ -19,15 +19,6 @@ from ftac_gym.utils.console import commit
 FEW = ("--baseline", "pd", "--episodes", "2")
 
 
-@pytest.fixture
-def stored(tmp_path, monkeypatch):
-    """Return an empty folder for tuned gains."""
-    folder = tmp_path / "tuned_gains"
-    folder.mkdir()
-    monkeypatch.setattr(tuned, "FOLDER", folder)
-    return folder
-
-
 def finished(journal):
     """Return the number of finished trials in a journal."""
     return journal.read_bytes().count(b'"mean_return"') if journal.exists() else 0
