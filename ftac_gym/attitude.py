@@ -28,21 +28,18 @@ _TINY = float(np.finfo(np.float64).tiny)
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return the inner product over the last axis, that axis kept with length 1."""
-    product: FloatArray = np.vecdot(a, b)[..., None]
-    return product
+    return np.vecdot(a, b)[..., None]
 
 
 def _outer(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return ``a b^T``, shape ``(..., 3, 3)``."""
-    product: FloatArray = a[..., :, None] * b[..., None, :]
-    return product
+    return a[..., :, None] * b[..., None, :]
 
 
 def cross(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return the cross product ``a x b`` of vectors ``(..., 3)`` given in the same axes; faster than ``np.cross``."""
     if a.size + b.size < _SMALL_BATCH:  # four gathers and products: least call overhead
-        small: FloatArray = (a * b.take(_NEXT, -1) - a.take(_NEXT, -1) * b).take(_NEXT, -1)
-        return small
+        return (a * b.take(_NEXT, -1) - a.take(_NEXT, -1) * b).take(_NEXT, -1)
     a0, a1, a2 = a[..., 0], a[..., 1], a[..., 2]
     b0, b1, b2 = b[..., 0], b[..., 1], b[..., 2]
     return np.stack((a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0), axis=-1)
@@ -50,8 +47,7 @@ def cross(a: FloatArray, b: FloatArray) -> FloatArray:
 
 def skew(v: FloatArray) -> FloatArray:
     """Return the matrix ``[v x]``, shape ``(..., 3, 3)``, with ``[v x] b = v x b``, for ``v`` of shape ``(..., 3)``."""
-    matrix: FloatArray = v.take(_SKEW_INDEX, -1) * _SKEW_SIGN
-    return matrix
+    return v.take(_SKEW_INDEX, -1) * _SKEW_SIGN
 
 
 def quaternion_product(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -179,8 +175,7 @@ def angle_between(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return the angle [rad] in [0, pi] between attitudes ``(..., 4)``, shape ``(...)``; accurate near 0 and pi."""
     error = quaternion_product(quaternion_conjugate(a), b)
     axis = error[..., 1:]
-    angle: FloatArray = 2.0 * np.arctan2(np.sqrt(np.vecdot(axis, axis)), np.abs(error[..., 0]))
-    return angle
+    return 2.0 * np.arctan2(np.sqrt(np.vecdot(axis, axis)), np.abs(error[..., 0]))
 
 
 def mrp_from_quaternion(q: FloatArray) -> FloatArray:

@@ -123,7 +123,7 @@ def flag(value: Any, field: str) -> bool:
 def mapping(value: Any, field: str) -> Mapping[str, Any] | None:
     """Return the gains of a part, or None for its defaults."""
     require(value is None or isinstance(value, Mapping), field, "must be a mapping of gains or None", value)
-    return value  # type: ignore[no-any-return]
+    return value
 
 
 def text_of(rule: Rule) -> str:

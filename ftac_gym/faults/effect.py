@@ -75,8 +75,7 @@ def presence(records: npt.NDArray[np.void], switches: FloatArray, time: FloatArr
         flips = (switches <= time[:, None, None] + _TOLERANCE).sum(axis=2)
         flipped = np.take_along_axis(flips, np.maximum(records["chain"], 0).reshape(len(records), -1), axis=1)
         acting &= (records["chain"] < 0) | (flipped.reshape(records.shape) % 2 == 0)
-    part: FloatArray = np.where(acting, np.clip(np.minimum(grown, left), 0.0, 1.0), 0.0)
-    return part
+    return np.where(acting, np.clip(np.minimum(grown, left), 0.0, 1.0), 0.0)
 
 
 def fault_effect(

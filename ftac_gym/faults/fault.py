@@ -150,8 +150,7 @@ class Fault:
     def switching_times(self, onset: FloatArray, uniform: FloatArray) -> FloatArray:
         """Return the times (M, FLIPS) [s] at which the chains of M faults flip, from uniforms (M, FLIPS)."""
         means = np.resize(np.array([self.mean_acting, self.mean_resting], dtype=np.float64), uniform.shape[1])
-        times: FloatArray = onset[:, None] + np.cumsum(-means * np.log1p(-uniform), axis=1)
-        return times
+        return onset[:, None] + np.cumsum(-means * np.log1p(-uniform), axis=1)
 
     def draw(self, uniform: FloatArray, torque_limit: FloatArray) -> npt.NDArray[np.void]:
         """Draw M faults.

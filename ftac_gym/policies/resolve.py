@@ -56,7 +56,7 @@ def resolve(policy: Any, scenario: str = "flagship", gains: str = "default") -> 
     if isinstance(policy, type) and issubclass(policy, baselines.Baseline):
         return DeferredBaseline(policy, gains)
     if all(hasattr(policy, name) for name in ("attach", "predict", "tier")):
-        return policy  # type: ignore[no-any-return]
+        return policy
     if hasattr(policy, "get_vec_normalize_env"):
         return Agent(policy, policy.get_vec_normalize_env(), Interface())
     attached = isinstance(policy, (type, baselines.BaselinePolicy))

@@ -66,15 +66,13 @@ class FlexibleAppendages:
     @property
     def damping(self) -> FloatArray:
         """The diagonal of C, 2 zeta f, array (k,) [rad/s]."""
-        damping: FloatArray = 2.0 * np.array(self.damping_ratios) * np.array(self.frequencies)
-        return damping
+        return 2.0 * np.array(self.damping_ratios) * np.array(self.frequencies)
 
     @property
     def carried_inertia(self) -> FloatArray:
         """The inertia delta' delta (3, 3) [kg m^2] that the modes take along: a quick torque turns J without it."""
         coupling = self.coupling_matrix
-        carried: FloatArray = coupling.T @ coupling
-        return carried
+        return coupling.T @ coupling
 
     def free_frequencies(self, inertia: FloatArray) -> FloatArray:
         """Return the frequencies of the undamped modes of a body that is free to turn, (k,) [rad/s], in rising order.
@@ -95,8 +93,7 @@ class FlexibleAppendages:
         coupling, root = self.coupling_matrix, np.sqrt(self.stiffness)
         mass = np.eye(self.count) - coupling @ np.linalg.solve(inertia, coupling.T)
         squares = np.linalg.eigvalsh(root[:, None] * np.linalg.inv(mass) * root)
-        frequencies: FloatArray = np.sqrt(squares)
-        return frequencies
+        return np.sqrt(squares)
 
     def check(self, inertia: FloatArray) -> None:
         """Raise a ValueError unless the modes leave a body of total inertia J (3, 3) something of its own to turn."""

@@ -41,8 +41,7 @@ def envelope_normals(axes: FloatArray) -> FloatArray:
     normals = cross(axes.T[first], axes.T[second])
     lengths = np.linalg.norm(normals, axis=1)
     distinct = lengths > 1e-9
-    units: FloatArray = normals[distinct] / lengths[distinct, None]
-    return units
+    return normals[distinct] / lengths[distinct, None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,16 +95,14 @@ class Envelope:
         """Return whether loads lie inside (N,); none does if the wheels with any reach do not span space."""
         free, support = self.room(load, reach)
         gram = np.einsum("nj,ij,kj->nik", (reach > 0.0).astype(float), self._axes, self._axes)
-        inside: BoolArray = np.all(free >= -ROUNDING * support, axis=1) & (np.linalg.eigvalsh(gram)[:, 0] > 1e-9)
-        return inside
+        return np.all(free >= -ROUNDING * support, axis=1) & (np.linalg.eigvalsh(gram)[:, 0] > 1e-9)
 
     def multiples(self, direction: FloatArray, load: Load, reach: FloatArray) -> FloatArray:
         """Return the largest multiples (N,) of vectors (N, 3) in the room that a load leaves."""
         needed = np.abs(direction @ self._normals)
         with np.errstate(divide="ignore", invalid="ignore"):
             fits = np.where(needed > 1e-12, np.maximum(self.room(load, reach)[0], 0.0) / needed, np.inf)
-        most: FloatArray = fits.min(axis=1, initial=np.inf)
-        return most
+        return fits.min(axis=1, initial=np.inf)
 
 
 @lru_cache(maxsize=16)

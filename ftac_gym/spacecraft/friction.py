@@ -73,12 +73,8 @@ class Friction:
         """Return the drag torque without its viscous part [N m] at speeds [rad/s], an array of their shape."""
         speed = np.asarray(speed, dtype=np.float64)
         ratio = speed / self.stribeck_speed
-        torque: FloatArray = self.stribeck * ratio * np.exp(-(ratio**2)) + self.coulomb * np.tanh(
-            speed / self.coulomb_speed
-        )
-        return torque
+        return self.stribeck * ratio * np.exp(-(ratio**2)) + self.coulomb * np.tanh(speed / self.coulomb_speed)
 
     def torque(self, speed: npt.ArrayLike) -> FloatArray:
         """Return the drag torque [N m] at speeds [rad/s], an array of their shape; it has the sign of the speed."""
-        torque: FloatArray = self.dry(speed) + self.viscous * np.asarray(speed, dtype=np.float64)
-        return torque
+        return self.dry(speed) + self.viscous * np.asarray(speed, dtype=np.float64)

@@ -71,5 +71,4 @@ class Spacecraft:
     def quick_inertia(self) -> FloatArray:
         """Inertia without that of the modes, J - delta' delta (3, 3) [kg m^2]: it resists a sudden torque."""
         carried = 0.0 if self.appendages is None else self.appendages.carried_inertia
-        quick: FloatArray = self.inertia_matrix - carried
-        return quick
+        return self.inertia_matrix - carried

@@ -98,8 +98,7 @@ class Episodes:
             np.where(table["kind"] > 0, table["onset"], np.inf).min(axis=tuple(range(1, table.ndim)), initial=np.inf)
             for table in (self.faults, self.sensor_faults)
         ]
-        earliest: npt.NDArray[np.float64] = np.minimum(*onsets)
-        return earliest
+        return np.minimum(*onsets)
 
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
         """Return all arrays by name, in the order of the fields."""

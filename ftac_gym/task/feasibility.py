@@ -80,7 +80,6 @@ class Demand:
         torque: tuple[Records, Records],
         set_points: Records,
         wheels: WheelArray,
-        *,
         turning: bool,
         hold: float,
         duration: float,
@@ -199,8 +198,7 @@ def feasibility_labels(faults: Records, wheels: WheelArray, demand: Demand) -> B
     early = demand.start + demand.turning_time(envelope, *healthy) <= following[:, 0]
     after = demand.turning_time(envelope, torque, offered, momentum, storable)
     late = (np.maximum(onsets, demand.start) + after[:, None] <= following[:, 1:]).any(axis=1)
-    feasible: BoolArray = possible & (early | late)
-    return feasible
+    return possible & (early | late)
 
 
 def friction_margin(faults: np.ndarray, wheels: WheelArray, acting: BoolArray) -> FloatArray:

@@ -164,8 +164,7 @@ class Scenario:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain JSON data."""
-        plain: dict[str, Any] = to_plain(self)
-        return plain
+        return to_plain(self)
 
     @cached_property
     def _json(self) -> str:
@@ -180,7 +179,7 @@ class Scenario:
         """Rebuild a scenario from :meth:`to_dict`; raises ValueError for other data."""
         scenario = from_plain(data)
         require(isinstance(scenario, Scenario), "scenario", "must describe a Scenario", type(scenario).__name__)
-        return scenario  # type: ignore[no-any-return]
+        return scenario
 
     @classmethod
     def from_json(cls, text: str) -> Scenario:
@@ -246,15 +245,9 @@ class Scenario:
             sensors = self.sensors.draw(deviates(Stream.SENSORS, self.sensors.uniform_count))
         uniform = deviates(Stream.REFERENCE, self.reference.uniform_count)
         reference, set_points = self.reference.draw(uniform)
+        turning, hold = not self.reference.moving, self.success.hold
         demand = Demand.of_episodes(
-            initial,
-            inertia,
-            (disturbance, harmonics),
-            set_points,
-            wheels,
-            turning=not self.reference.moving,
-            hold=self.success.hold,
-            duration=self.duration,
+            initial, inertia, (disturbance, harmonics), set_points, wheels, turning, hold, self.duration
         )
         return Episodes(
             scenario_json=self.to_json(),

@@ -11,16 +11,14 @@ from ftac_gym.utils.parameters import FloatArray
 def across(axis: FloatArray) -> FloatArray:
     """Return a unit vector (3,) at right angles to a vector (3,) and to the body axis farthest from it."""
     normal = cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-    unit: FloatArray = normal / np.linalg.norm(normal)
-    return unit
+    return normal / np.linalg.norm(normal)
 
 
 def circle(axis: FloatArray, points: int) -> FloatArray:
     """Return the great circle (points, 3) across a unit vector (3,), closed."""
     angle = np.linspace(0.0, 2.0 * np.pi, points)[:, None]
     first = across(axis)
-    ring: FloatArray = np.cos(angle) * first + np.sin(angle) * cross(axis, first)
-    return ring
+    return np.cos(angle) * first + np.sin(angle) * cross(axis, first)
 
 
 def graticule(points: int) -> list[FloatArray]:

@@ -192,8 +192,7 @@ def draw(value: Interval, uniform: FloatArray) -> FloatArray:
 def draw_axes(values: Intervals, uniform: FloatArray) -> FloatArray:
     """Map uniform deviates (N, 3) onto one interval per axis."""
     low, high = np.array([bounds(value) for value in values]).T
-    drawn: FloatArray = low + (high - low) * uniform
-    return drawn
+    return low + (high - low) * uniform
 
 
 def uniform_directions(uniform: FloatArray) -> FloatArray:
