@@ -90,11 +90,7 @@ def estimate(values: npt.ArrayLike, statistic: Statistic = mean, seed: int = 0, 
 
 
 def paired_difference(
-    first: npt.ArrayLike,
-    second: npt.ArrayLike,
-    statistic: Statistic = mean,
-    seed: int = 0,
-    levels: Levels = "both",
+    first: npt.ArrayLike, second: npt.ArrayLike, statistic: Statistic = mean, seed: int = 0, levels: Levels = "both"
 ) -> Estimate:
     """Estimate a statistic of first - second over pairs of training seeds in the same episode.
 
@@ -139,11 +135,7 @@ def relative_difference(
 
 
 def probability_of_improvement(
-    first: npt.ArrayLike,
-    second: npt.ArrayLike,
-    smaller_is_better: bool = False,
-    seed: int = 0,
-    levels: Levels = "both",
+    first: npt.ArrayLike, second: npt.ArrayLike, smaller_is_better: bool = False, seed: int = 0, levels: Levels = "both"
 ) -> Estimate:
     """Estimate the probability that the first is better than the second in an episode, a tie counting half.
 

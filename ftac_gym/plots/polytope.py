@@ -1,4 +1,4 @@
-"""What torque a wheel array can give: a zonotope, exactly."""
+"""The available torque of a wheel array, an exact zonotope."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ class TorquePolytope:
     vertices
         (V, 3) its corners [N m], body axes.
     faces
-        Corners (K, 3) of each of its faces, in order around it [N m]; of a flat polytope the only one, which may be a
-        segment or a point.
+        Corners (K, 3) of each face, in order around it [N m]. A flat polytope has a single face, which may be a segment
+        or a point.
     guaranteed
-        Torque that it has in every direction [N m]: the radius of the largest ball about zero in it; none if it is flat
-        or does not hold zero.
+        Torque that it has in every direction [N m]: the radius of the largest ball about zero in it. It is zero for a
+        flat polytope and for one without zero.
     worst_direction
         (3,) unit vector along which it has no more than that.
     holds_zero
-        Whether the wheels can leave the body alone.
+        True if the wheels can leave the body without torque.
     """
 
     vertices: FloatArray
@@ -52,9 +52,9 @@ def torque_polytope(
     effectiveness: Sequence[float] | FloatArray | None = None,
     bias: Sequence[float] | FloatArray | None = None,
 ) -> TorquePolytope:
-    """Return the torques that a wheel array can give.
+    """Return the available torques of a wheel array.
 
-    Lag, friction, dead-bands, momentum and power are not looked at.
+    Lag, friction, dead-bands, momentum and power are left out.
 
     Parameters
     ----------
@@ -64,13 +64,13 @@ def torque_polytope(
         (m,) share e of its command that each gives, in [0, 1]; None for healthy wheels. A wheel that is out, stuck or
         hard-over has none.
     bias
-        (m,) torque b that each has without being asked [N m]; None for none. A wheel that is hard-over or stuck has its
-        torque here.
+        (m,) torque b of each without a command [N m]; None for none. It includes the torque of wheels that are
+        hard-over or stuck.
 
     Raises
     ------
     ValueError
-        If an effectiveness lies outside [0, 1], a number is missing, or a wheel that obeys has no torque limit.
+        If an effectiveness lies outside [0, 1], a number is missing, or a working wheel has no torque limit.
     """
     count, axes = wheels.count, wheels.axis_matrix
     shares = np.ones(count) if effectiveness is None else np.array(vector(list(effectiveness), count, "effectiveness"))
@@ -79,7 +79,7 @@ def torque_polytope(
     require(inside, "effectiveness", "must lie in [0, 1]", shares.tolist())
     limits = wheels.torque_limits
     limited = bool(np.isfinite(limits[shares > 0.0]).all())
-    require(limited, "torque_limit", "must be given for every wheel that obeys", limits.tolist())
+    require(limited, "torque_limit", "must be given for every working wheel", limits.tolist())
     reach = np.where(shares > 0.0, shares * np.where(np.isfinite(limits), limits, 0.0), 0.0)
     centre = axes @ offsets
     faces = zonotope_faces(centre, axes.T * reach[:, None])
@@ -100,28 +100,28 @@ def torque_polytope(
 
 
 def polytopes_along(history: Rollout, times: Sequence[float]) -> dict[str, TorquePolytope]:
-    """Return what the wheels of a rollout's first craft could give at some times.
+    """Return the available torques of the wheels of a rollout's first spacecraft at some times.
 
     Parameters
     ----------
     history
-        The flight.
+        The rollout.
     times
         [s], within it; the nearest recorded ones count.
 
     Returns
     -------
-    Polytopes, by the time and what was wrong with the wheels then, in words.
+    Polytopes, by the time and the acting faults of the wheels.
 
     Raises
     ------
     ValueError
-        If a time lies outside the flight, or a wheel that obeys has no torque limit.
+        If a time lies outside the rollout, or a working wheel has no torque limit.
     """
     effect, wheels = true_effect(history), history.scenario.spacecraft.wheels
     found = {}
     for time in times:
-        rule = f"must lie within the flight, [0, {history.time[-1]:g}] s"
+        rule = f"must lie within the rollout, [0, {history.time[-1]:g}] s"
         require(0.0 <= time <= history.time[-1] + 1e-9, "times", rule, time)
         step = int(np.argmin(np.abs(history.time - time)))
         drawn = history.episodes.drawn_faults.take(np.zeros(1, dtype=np.int64))
@@ -135,8 +135,8 @@ def polytopes_along(history: Rollout, times: Sequence[float]) -> dict[str, Torqu
 def zonotope_faces(centre: FloatArray, generators: FloatArray) -> tuple[FloatArray, ...]:
     """Return the faces of the zonotope centre + sum_j [-1, 1] g_j.
 
-    Every face of it stands across the normal of two generators: the generators in its plane span a polygon, and all
-    others are at the end that lies farther along the normal.
+    Every face stands across the normal of two generators. The generators in its plane span a polygon, and all others
+    are at the end that lies farther along the normal.
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ def _distinct(points: FloatArray) -> FloatArray:
 
 
 def _holds_zero(centre: FloatArray, generators: FloatArray) -> bool:
-    """Tell whether some x in [-1, 1]^m has centre + generators (3, m) x = 0."""
+    """Return True if some x in [-1, 1]^m has centre + generators (3, m) x = 0."""
     from scipy.optimize import lsq_linear
 
     if not generators.any():

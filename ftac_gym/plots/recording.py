@@ -1,4 +1,4 @@
-"""What the faults of a flight did, and what an observer made of them."""
+"""The effect of the faults of a rollout, and the estimates of observers along it."""
 
 from __future__ import annotations
 
@@ -10,13 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym import baselines
-from ftac_gym.baselines import Baseline, FaultEstimate, observers
+from ftac_gym.baselines import Baseline, observers
 from ftac_gym.baselines.fault_source import FaultSource
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.dynamics import Simulator
 from ftac_gym.evaluation.metrics import Rollout
 from ftac_gym.faults import FaultEffect, fault_effect
-from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, require
 
@@ -25,18 +24,18 @@ _PARTS = ("effectiveness", "bias", "identifiable", "disturbance", "vibration")
 
 @dataclass(frozen=True, eq=False)
 class EstimateHistory:
-    """What an observer believed along a flight of N craft with m wheels; None for what it does not estimate.
+    """Estimates of an observer along a rollout of N spacecraft with m wheels; None for parts that it does not have.
 
     Attributes
     ----------
     history
-        The flight.
+        The rollout.
     effectiveness
-        (T + 1, N, m) of each wheel, believed at each measurement.
+        (T + 1, N, m) estimate for each wheel at each measurement.
     bias
         (T + 1, N, m) [N m].
     identifiable
-        (T + 1, N, m) whether each wheel had been given enough torque to tell its effectiveness.
+        (T + 1, N, m) True for wheels with enough torque so far to identify their effectiveness.
     disturbance
         (T + 1, N, 3) torque on the body that neither the commands nor the other estimates explain, in body axes [N m].
     vibration
@@ -52,9 +51,9 @@ class EstimateHistory:
 
     @property
     def unexplained(self) -> FloatArray:
-        """All torque on the body that the commands do not explain but the modes, as believed, (T + 1, N, 3) [N m].
+        """Estimated torque on the body that commands and modes do not explain, (T + 1, N, 3) [N m].
 
-        Zero where an observer says nothing of it.
+        Zero for observers without such an estimate.
         """
         command = np.concatenate([np.zeros_like(self.history.command[:1]), self.history.command])
         wheels = np.zeros_like(command)
@@ -66,74 +65,61 @@ class EstimateHistory:
         return torque if self.disturbance is None else torque + self.disturbance
 
 
-class _Watch:
-    """An observer that is not part of a law."""
-
-    def __init__(self, name: str, scenario: Scenario, count: int, gains: dict[str, Any]) -> None:
-        self._source = FaultSource(scenario, Memory(count), name, gains)
-        self.information = self._source.information
-
-    def act(self, measurement: Measurement) -> None:
-        self._source.update(measurement)
-
-    @property
-    def estimate(self) -> FaultEstimate | None:
-        return self._source.estimate
-
-
-def _observer(scenario: Scenario, count: int, source: Any, gains: str, changes: dict[str, Any]) -> Baseline | _Watch:
-    named = isinstance(source, str) and baselines.is_baseline(source)
-    if named or (isinstance(source, type) and issubclass(source, Baseline)):
-        return baselines.make(source, scenario, count, gains, **changes)
-    require(gains == "default", "gains", "must be 'default' unless source is a baseline of this package", gains)
-    known = f"must be a Baseline class, a baseline ({', '.join(baselines.names())}) "
-    known += f"or an observer ({', '.join(observers.names())})"
-    require(isinstance(source, str) and source in observers.names(), "source", known, source)
-    return _Watch(source, scenario, count, changes)
-
-
 def estimates_along(history: Rollout, source: Any, gains: str = "default", **changes: Any) -> EstimateHistory:
-    """Return what an observer believes along a flight that was recorded.
+    """Return the estimates of an observer along a recorded rollout.
 
-    The flight is repeated from its commands and the observer watches it, so that any observer may be asked about any
-    flight. The observer of the law that flew believes what it believed in flight.
+    The rollout is repeated from its commands, and the observer takes its measurements: any observer can be applied to
+    any rollout. The observer inside the baseline of the rollout has the same estimates as then.
 
     Parameters
     ----------
     history
-        The flight.
+        The rollout.
     source
         Name or class of a baseline with an observer inside, or name of an observer
         (:func:`ftac_gym.baselines.observers.names`).
     gains
         ``"default"`` or ``"tuned"``, as for :func:`ftac_gym.baselines.make`; only the default for an observer or a
-        class of your own.
+        custom class.
     **changes
         Gains that differ from these.
 
     Raises
     ------
     ValueError
-        If the source or a gain is unknown, it does not fit the flight's scenario, or it estimates nothing.
+        If the source or a gain is unknown, it does not fit the rollout's scenario, or it has no estimate.
     """
-    scenario, craft = history.scenario, history.command.shape[1]
-    observer = _observer(scenario, craft, source, gains, changes)
-    kept: dict[str, list[Any]] = {name: [] for name in _PARTS}
-    for simulator in flown_again(history):
-        observer.act(simulator.measurement(truth=observer.information == "oracle"))
-        estimate = observer.estimate
-        require(estimate is not None, "source", "must have an observer of faults", source)
-        for name, rows in kept.items():
-            rows.append(getattr(estimate, name))
+    scenario, count = history.scenario, history.command.shape[1]
+    observer = _observer(scenario, count, source, gains, changes)
+    update = observer.update if isinstance(observer, FaultSource) else observer.act
+    stored: dict[str, list[Any]] = {name: [] for name in _PARTS}
+    for simulator in replay(history):
+        update(simulator.measurement(truth=observer.information == "oracle"))
+        require(observer.estimate is not None, "source", "must have an observer of faults", source)
+        for name, rows in stored.items():
+            rows.append(getattr(observer.estimate, name))
     # The parts that an observer has are the same at every measurement.
-    parts = {name: None if rows[0] is None else np.array(rows) for name, rows in kept.items()}
+    parts = {name: None if rows[0] is None else np.array(rows) for name, rows in stored.items()}
     return EstimateHistory(history, **parts)
 
 
-def flown_again(history: Rollout) -> Iterator[Simulator]:
-    """Repeat a flight from its commands; yield its simulator at each of the T + 1 times.
+def _observer(
+    scenario: Scenario, count: int, source: Any, gains: str, changes: dict[str, Any]
+) -> Baseline | FaultSource:
+    named = isinstance(source, str) and baselines.is_baseline(source)
+    if named or (isinstance(source, type) and issubclass(source, Baseline)):
+        return baselines.make(source, scenario, count, gains, **changes)
+    require(gains == "default", "gains", "must be 'default' unless source is a baseline of this package", gains)
+    rule = f"must be a Baseline class, a baseline ({', '.join(baselines.names())}) "
+    rule += f"or an observer ({', '.join(observers.names())})"
+    require(isinstance(source, str) and source in observers.names(), "source", rule, source)
+    return FaultSource(scenario, Memory(count), source, changes)
 
-    A rollout records the truth: this is for what it leaves out, such as measurements.
+
+def replay(history: Rollout) -> Iterator[Simulator]:
+    """Repeat a rollout from its commands, and yield its simulator at each of the T + 1 times.
+
+    A rollout records the truth; the simulator has the rest, such as measurements.
     """
     simulator = Simulator(history.scenario, history.command.shape[1])
     simulator.reset(history.episodes)
@@ -143,22 +129,23 @@ def flown_again(history: Rollout) -> Iterator[Simulator]:
         yield simulator
 
 
-def true_effect(history: Rollout, craft: int = 0) -> FaultEffect:
-    """Return what the faults of one craft of a rollout did at each of its T + 1 times."""
+def true_effect(history: Rollout, spacecraft: int = 0) -> FaultEffect:
+    """Return the effect of the faults of one spacecraft of a rollout at each of its T + 1 times."""
     wheels = history.scenario.spacecraft.wheels
     # A locked wheel repeats the torque that it applied last.
-    torques = np.vstack([np.zeros((1, wheels.count)), history.applied_torque[:, craft]])
-    drawn = history.episodes.drawn_faults.take(np.full(len(history.time), craft))
-    return fault_effect(drawn, history.time, wheels, history.wheel_momentum[:, craft], torques)
+    torques = np.vstack([np.zeros((1, wheels.count)), history.applied_torque[:, spacecraft]])
+    drawn = history.episodes.drawn_faults.take(np.full(len(history.time), spacecraft))
+    return fault_effect(drawn, history.time, wheels, history.wheel_momentum[:, spacecraft], torques)
 
 
-def unexplained_torque(history: Rollout, craft: int = 0) -> FloatArray:
-    """Return the torque on the body, along the nominal wheel axes, that one craft's commands do not explain.
+def unexplained_torque(history: Rollout, spacecraft: int = 0) -> FloatArray:
+    """Return the torque on the body of one spacecraft, along the nominal wheel axes, that commands do not explain.
 
     Returns
     -------
-    Array (T + 1, 3) [N m], body axes: at each time that of the control period before it. The external disturbance and
-    the vibration are no part of it.
+    Array (T + 1, 3) [N m], body axes: at each time that of the control period before it, without the external
+    disturbance and the vibration.
     """
-    missing = (history.applied_torque - history.command)[:, craft] @ history.scenario.spacecraft.wheels.axis_matrix.T
+    axes = history.scenario.spacecraft.wheels.axis_matrix
+    missing = (history.applied_torque - history.command)[:, spacecraft] @ axes.T
     return np.vstack([np.zeros((1, 3)), missing])

@@ -21,10 +21,10 @@ def write_report(benchmark: Benchmark, folder: str | Path) -> Path:
     Parameters
     ----------
     benchmark
-        What was flown, and how it went.
+        The benchmark.
     folder
-        Where to: ``report.html``, ``summary.csv``, ``differences.csv``, ``improvement.csv``, ``by_fault.csv``,
-        ``episodes.csv`` and the folder ``figures``. What is there of an earlier report is replaced.
+        Target: ``report.html``, ``summary.csv``, ``differences.csv``, ``improvement.csv``, ``by_fault.csv``,
+        ``episodes.csv`` and the folder ``figures``. An earlier report there is replaced.
 
     Returns
     -------

@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 from scipy.optimize import isotonic_regression
 
 from ftac_gym.evaluation.statistics import Estimate
-from ftac_gym.plots.style import COLORS, FAINT, INK, MUTED, dress, sheet
+from ftac_gym.plots import style
+from ftac_gym.plots.style import COLORS, FAINT, INK, MUTED
 from ftac_gym.report.svg import PAPER
 from ftac_gym.utils.parameters import FloatArray
 
@@ -67,14 +68,14 @@ def intervals(columns: Mapping[str, Mapping[str, Estimate]], colors: Mapping[str
     colors
         By entry.
     reference
-        The entry whose value is drawn through.
+        Entry with a line at its value.
     """
     names = list(next(iter(columns.values())))
-    figure = sheet(WIDTH, 0.9 + 1.15 * _ROW * len(names))
+    figure = style.figure(WIDTH, 0.9 + 1.15 * _ROW * len(names))
     figure.set_layout_engine("constrained", wspace=0.08)
     panels = figure.subplots(1, len(columns), sharey=True, squeeze=False)[0]
     for panel, (title, estimates) in zip(panels, columns.items(), strict=True):
-        dress(panel, title=title)
+        style.apply(panel, title=title)
         for row, name in enumerate(names):
             item, color = estimates[name], colors[name]
             if item.count:
@@ -115,7 +116,7 @@ def heat_map(
     colors, span
         Colours from the first value to the second; values beyond have the colour of the end.
     reference
-        The row whose label is marked.
+        Row with a bold label.
     digits
         Digits after the point of the numbers in the cells; None writes none.
     groups
@@ -126,11 +127,11 @@ def heat_map(
     margin = _CHARACTER * max(len(short(name)) for name in rows) + 0.3
     width = float(np.clip((WIDTH - margin) / len(columns), least, most))
     head = _CHARACTER * max(len(short(name)) for name in columns) if upright else _ROW
-    figure = sheet(margin + width * len(columns), head + 0.2 + (0.4 if groups else 0.0) + _ROW * len(rows))
+    figure = style.figure(margin + width * len(columns), head + 0.2 + (0.4 if groups else 0.0) + _ROW * len(rows))
     panel = figure.subplots()
     shades = colors.with_extremes(bad=(0.0, 0.0, 0.0, 0.0))
     panel.imshow(values, cmap=shades, vmin=span[0], vmax=span[1], interpolation="none", aspect="auto")
-    dress(panel)
+    style.apply(panel)
     panel.grid(visible=False)
     panel.spines[:].set_visible(False)
     panel.hlines(np.arange(1, len(rows)) - 0.5, -0.5, len(columns) - 0.5, color=PAPER, linewidth=1.0)
@@ -174,14 +175,14 @@ def profiles(panels: Mapping[str, Mapping[str, Curve]], styles: Looks, names: Se
     small, height = len(panels) - 1, max(4.2, 0.9 + _LINE * len(names))
     across = min(3, max(2, small))
     rows = -(-small // across)
-    figure = sheet(WIDTH, height + 2.4 * rows)
+    figure = style.figure(WIDTH, height + 2.4 * rows)
     parts: Any = figure.subfigures(2, 1, height_ratios=[height, 2.4 * rows]) if small else [figure]
     large = parts[0].subplots()
     axes = [large]
     if small:
         axes += list(np.ravel(parts[1].subplots(rows, across, sharex=True, sharey=True, squeeze=False)))
     for panel, (title, curves) in zip(axes, panels.items(), strict=False):
-        dress(panel, title=title)
+        style.apply(panel, title=title)
         for name, curve in curves.items():
             if name not in names:
                 panel.plot(curve.x, curve.y, color=FAINT, linewidth=0.6, alpha=0.8, zorder=1)
@@ -192,7 +193,7 @@ def profiles(panels: Mapping[str, Mapping[str, Curve]], styles: Looks, names: Se
         panel.tick_params(labelbottom=True)
     for panel in axes[len(panels) :]:
         panel.set_visible(False)
-    dress(large, xlabel="time [s]", ylabel="share of settled episodes")
+    style.apply(large, xlabel="time [s]", ylabel="share of settled episodes")
     _label_ends(large, {name: next(iter(panels.values()))[name] for name in names}, styles, height)
     return figure
 
@@ -208,9 +209,9 @@ def training(panels: Mapping[str, Mapping[str, Curve]], styles: Looks) -> Figure
         Looks by agent.
     """
     height = max(3.4, 0.9 + _LINE * len(styles))
-    figure = sheet(WIDTH, height)
+    figure = style.figure(WIDTH, height)
     for panel, (label, curves) in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels.items(), strict=True):
-        dress(panel, title=label, xlabel="million steps")
+        style.apply(panel, title=label, xlabel="million steps")
         for name, curve in curves.items():
             _draw(panel, curve, {**styles[name], "marker": "o" if len(curve.x) == 1 else ""}, 0.15)
         panel.set_xlim(right=max(float(curve.x[-1]) for curve in curves.values()))

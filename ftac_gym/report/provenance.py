@@ -85,6 +85,6 @@ def _sources(entry: Entry) -> list[Mapping[str, Any]]:
 
 
 def _sum(cards: list[Mapping[str, Any]], run: str, agent: str) -> float:
-    """Return the sum over cards of what the run took: an agent saved before the end of its run cost the whole run."""
+    """Return the sum over cards of a field of the run, else of the agent: one saved early cost the whole run."""
     found = [float(item.get(run, item.get(agent, float("nan")))) for item in cards]
     return sum(found) if found else float("nan")

@@ -9,7 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ftac_gym.plots.style import COLORS, INK, dress, stroke
+from ftac_gym.plots import style
+from ftac_gym.plots.style import COLORS, INK, stroke
 from ftac_gym.reproduction.recorder import Recording
 from ftac_gym.task.prescribed_bound import PrescribedBound
 from ftac_gym.utils.parameters import FloatArray
@@ -43,7 +44,7 @@ def _sheet(flights: Recordings, label: str, height: float = 3.4) -> tuple[Figure
     panels = figure.subplots(1, len(flights), squeeze=False)[0]
     for panel, (name, flight) in zip(panels, flights.items(), strict=True):
         panel.set(title=name, xlabel="time [s]", xlim=(0.0, flight.time[-1]))
-        dress(panel)
+        style.apply(panel)
     panels[0].set_ylabel(label)
     return figure, list(panels)
 
@@ -140,7 +141,7 @@ def estimates(flights: Recordings) -> Figure:
     panels = figure.subplots(len(quantities), len(flights), squeeze=False, sharex="col")
     for column, (name, flight) in zip(panels.T, flights.items(), strict=True):
         for panel, quantity in zip(column, quantities, strict=True):
-            dress(panel)
+            style.apply(panel)
             _estimate(panel, flight, getattr(flight, quantity), getattr(flight, f"true_{quantity}"))
         column[0].set(title=name, ylim=(-0.05, 1.1))
         column[-1].set(xlabel="time [s]")
@@ -177,7 +178,7 @@ def bounded(flights: Recordings, bound: PrescribedBound) -> Figure:
             for limit in limits:
                 _line(panel, time, limit[:, axis] / rho, color=INK, linestyle=":", linewidth=1.2)
             panel.set(xlim=(0.0, time[-1]), ylim=(-1.6, 1.6))
-            dress(panel)
+            style.apply(panel)
             rows[axis, 0].set_ylabel(rf"$\sigma_{axis + 1} / \rho$ [-]")
         panels[0].set_title(name)
         panels[-1].set_xlabel("time [s]")
@@ -201,7 +202,7 @@ def histories(lines: Mapping[str, tuple[FloatArray, FloatArray]], label: str, lo
     for number, (name, (time, values)) in enumerate(lines.items()):
         _line(panel, time, values, label=name, **stroke(number).of_line)
     panel.set(yscale="log" if logarithmic else "linear", xlabel="time [s]", ylabel=label)
-    dress(panel)
+    style.apply(panel)
     if len(lines) > 5:
         figure.legend(loc="outside right upper", fontsize=8)
     else:

@@ -101,7 +101,7 @@ def test_point_estimates_are_those_of_plain_loops():
 
 @pytest.mark.parametrize("levels", ["seeds", "both"])
 def test_intervals_are_those_of_plain_loops(levels):
-    """rliable's stratified bootstrap, and that of rows and columns; within what 2500 resamples leave to chance."""
+    """rliable's stratified bootstrap, and that of rows and columns; within the scatter of 2500 resamples."""
     random = np.random.default_rng(8)
     luck = random.exponential(2.0, 14)
     first = luck + random.normal(0.4, 0.8, (4, 14)) + random.normal(0.0, 0.5, (4, 1))

@@ -1,4 +1,4 @@
-"""Estimates and their intervals, on data whose truth is known."""
+"""Estimates and their intervals, on data of known truth."""
 
 import numpy as np
 import pytest

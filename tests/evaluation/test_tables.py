@@ -1,4 +1,4 @@
-"""Tables as text: what stands in them, and how it is written."""
+"""Tables as text: content and format."""
 
 import numpy as np
 import pytest

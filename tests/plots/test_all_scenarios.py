@@ -18,12 +18,12 @@ NAMES = (
 def test_figures_of_an_episode(name):
     scenario = scenarios.get(name)
     scenario = scenario.replace(duration=40.0 * scenario.control_period)
-    histories = {law: rollout(scenario, law, seed=1) for law in ("pd", "pd_dob")}
-    believed = estimates_along(histories["pd_dob"], "pd_dob")
+    histories = {policy: rollout(scenario, policy, seed=1) for policy in ("pd", "pd_dob")}
+    estimates = estimates_along(histories["pd_dob"], "pd_dob")
     figures = [
         episode(histories),
         boresight_paths(histories),
-        torque_estimates({"pd_dob": believed}),
+        torque_estimates({"pd_dob": estimates}),
         wheel_envelope(polytopes_along(histories["pd"], (0.0, scenario.duration))),
     ]
     for figure in figures:

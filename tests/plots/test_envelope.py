@@ -1,4 +1,4 @@
-"""The torque envelope: exact corners and faces, what it guarantees, and how it is drawn."""
+"""The torque envelope: exact corners and faces, guaranteed torque, and drawing."""
 
 from dataclasses import replace
 from itertools import product
@@ -175,7 +175,7 @@ def test_polytopes_along_a_flight():
     ):
         np.testing.assert_allclose(item.vertices, torque_polytope(wheels, shares, biases).vertices, atol=1e-12)
     for time in (-1.0, 5.2):
-        with pytest.raises(ValueError, match=r"times must lie within the flight, \[0, 5\] s"):
+        with pytest.raises(ValueError, match=r"times must lie within the rollout, \[0, 5\] s"):
             polytopes_along(history, (time,))
 
 
@@ -210,7 +210,7 @@ def test_the_figure_shows_every_polytope_with_its_guarantee(tmp_path):
         (PYRAMID, {"effectiveness": (1.0, 1.0, 1.0)}, "effectiveness must have 4 numbers"),
         (PYRAMID, {"effectiveness": (1.0, 1.2, 1.0, 1.0)}, r"effectiveness must lie in \[0, 1\]"),
         (PYRAMID, {"bias": (0.0, np.nan, 0.0, 0.0)}, "bias must be finite"),
-        (replace(PYRAMID, torque_limit=None), {}, "torque_limit must be given for every wheel that obeys"),
+        (replace(PYRAMID, torque_limit=None), {}, "torque_limit must be given for every working wheel"),
     ],
 )
 def test_refused(wheels, arguments, message):

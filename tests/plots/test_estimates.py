@@ -1,4 +1,4 @@
-"""Estimates along a flight: what the observer believed, drawn against what was true."""
+"""Estimates along a rollout, drawn against the truth."""
 
 import numpy as np
 import pytest
@@ -21,25 +21,25 @@ def history():
 
 
 @pytest.fixture(scope="module")
-def believed(history):
+def estimated(history):
     return estimates_along(history, "nftsm_observer")
 
 
-def test_the_observer_of_the_law_that_flew_believes_what_it_did_in_flight(history, believed):
-    law, simulator = baselines.make("nftsm_observer", TASK, 2), Simulator(TASK, 2)
+def test_the_observer_of_the_baseline_that_flew_has_its_estimates_in_flight(history, estimated):
+    baseline, simulator = baselines.make("nftsm_observer", TASK, 2), Simulator(TASK, 2)
     simulator.reset(history.episodes)
     for step in range(len(history.command)):
-        command = law.act(simulator.measurement())
+        command = baseline.act(simulator.measurement())
         for part in ("effectiveness", "bias", "identifiable", "disturbance"):
-            np.testing.assert_allclose(getattr(believed, part)[step], getattr(law.estimate, part), atol=1e-12)
+            np.testing.assert_allclose(getattr(estimated, part)[step], getattr(baseline.estimate, part), atol=1e-12)
         simulator.step(command)
         np.testing.assert_allclose(simulator.last_command, history.command[step], atol=1e-12)
-    assert believed.vibration is None and len(believed.bias) == len(history.time)
+    assert estimated.vibration is None and len(estimated.bias) == len(history.time)
 
 
 @pytest.mark.parametrize("name", observers.names())
 def test_any_observer_that_fits_can_watch_any_flight(name, history):
-    if name in ("fafeo", "lo"):  # Made for flexible craft, or for three wheels.
+    if name in ("fafeo", "lo"):  # Made for flexible spacecraft, or for three wheels.
         with pytest.raises(ValueError, match="must"):
             estimates_along(history, name)
         return
@@ -50,11 +50,11 @@ def test_any_observer_that_fits_can_watch_any_flight(name, history):
 
 
 def test_the_truth_of_an_oracle_is_the_truth(history):
-    told, true = estimates_along(history, "nftsm_oracle"), true_effect(history, craft=1)
+    told, true = estimates_along(history, "nftsm_oracle"), true_effect(history, spacecraft=1)
     np.testing.assert_array_equal(told.effectiveness[:, 1], true.effectiveness)
     np.testing.assert_array_equal(told.bias[:, 1], true.bias)
     # With the truth about the wheels, the torque that commands do not explain is known exactly.
-    np.testing.assert_allclose(told.unexplained[50:, 1], unexplained_torque(history, craft=1)[50:], atol=1e-9)
+    np.testing.assert_allclose(told.unexplained[50:, 1], unexplained_torque(history, spacecraft=1)[50:], atol=1e-9)
 
 
 def test_the_unexplained_torque_is_found_in_the_end():
@@ -67,19 +67,19 @@ def test_the_unexplained_torque_is_found_in_the_end():
         np.testing.assert_allclose(found.mean(axis=0), true.mean(axis=0), atol=0.002)
 
 
-def test_every_wheel_has_its_estimates_and_the_truth(history, believed, tmp_path):
-    figure = fault_estimates({"asmo": believed})
+def test_every_wheel_has_its_estimates_and_the_truth(history, estimated, tmp_path):
+    figure = fault_estimates({"asmo": estimated})
     effect, panels = true_effect(history), np.reshape(figure.axes, (4, 2))
     for wheel in range(4):
         share, bias = panels[wheel]
         truth, estimate, known = (line.get_ydata() for line in share.lines[:3])
         np.testing.assert_array_equal(truth, effect.effectiveness[:, wheel])
-        np.testing.assert_array_equal(estimate, believed.effectiveness[:, 0, wheel])
-        sure = believed.identifiable[:, 0, wheel]
-        np.testing.assert_array_equal(known, np.where(sure, believed.effectiveness[:, 0, wheel], np.nan))
+        np.testing.assert_array_equal(estimate, estimated.effectiveness[:, 0, wheel])
+        sure = estimated.identifiable[:, 0, wheel]
+        np.testing.assert_array_equal(known, np.where(sure, estimated.effectiveness[:, 0, wheel], np.nan))
         _, truth, estimate = (line.get_ydata() for line in bias.lines[:3])
         np.testing.assert_array_equal(truth, effect.bias[:, wheel])
-        np.testing.assert_array_equal(estimate, believed.bias[:, 0, wheel])
+        np.testing.assert_array_equal(estimate, estimated.bias[:, 0, wheel])
         assert share.get_ylabel() == f"wheel {wheel}\neffectiveness [-]"
         assert bias.get_ylabel() == f"wheel {wheel}\nbias [N m]"
     shown = np.array([panel.lines[0].get_ydata() for panel in panels[:, 1]]).T
@@ -95,12 +95,12 @@ def test_what_is_not_estimated_is_not_drawn(history):
     assert all("bias" in panel.get_ylabel() for panel in figure.axes)
 
 
-def test_torques_are_drawn_axis_by_axis(history, believed):
+def test_torques_are_drawn_axis_by_axis(history, estimated):
     other = estimates_along(history, "pd_dob")
-    figure = torque_estimates({"asmo": believed, "dob": other})
+    figure = torque_estimates({"asmo": estimated, "dob": other})
     for axis, panel in enumerate(figure.axes):
         first, second, truth = (line.get_ydata() for line in panel.lines[:3])
-        np.testing.assert_array_equal(first, believed.unexplained[:, 0, axis])
+        np.testing.assert_array_equal(first, estimated.unexplained[:, 0, axis])
         np.testing.assert_array_equal(second, other.disturbance[:, 0, axis])
         np.testing.assert_array_equal(truth, unexplained_torque(history)[:, axis])
 
@@ -121,7 +121,7 @@ def test_torques_of_the_modes_have_a_row(tmp_path):
     ("source", "options", "message"),
     [
         ("pd", {}, "source must have an observer of faults, got 'pd'"),
-        ("nobody", {}, "source must be a Baseline class, a baseline .* or an observer .*, got 'nobody'"),
+        ("unknown", {}, "source must be a Baseline class, a baseline .* or an observer .*, got 'unknown'"),
         ("asmo", {"gains": "tuned"}, "gains must be 'default' unless source is a baseline"),
         ("asmo", {"nonsense": 1.0}, "nonsense"),
     ],

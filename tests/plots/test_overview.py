@@ -1,4 +1,4 @@
-"""The overview of an episode draws what was flown, on any craft."""
+"""The overview of an episode draws the rollout, on any spacecraft."""
 
 from dataclasses import replace
 
@@ -32,7 +32,7 @@ def data(panel):
 
 @pytest.mark.parametrize(("count", "name"), [(3, "flagship"), (4, "flexible"), (8, "flagship_tracking")])
 def test_what_is_drawn_is_what_was_flown(count, name, tmp_path):
-    histories = {law: rollout(scenario_of(count, name), law, seed=3) for law in ("pd", "pd_dob")}
+    histories = {policy: rollout(scenario_of(count, name), policy, seed=3) for policy in ("pd", "pd_dob")}
     figure = episode(histories)
     flexible = name == "flexible"
     wide, narrow = (figure.axes[:3], figure.axes[3:]) if flexible else (figure.axes[:2], figure.axes[2:])
@@ -74,7 +74,7 @@ def test_limits_are_drawn_where_wheels_come_near_them():
     assert momentum.get_ylim()[1] < 12.0
 
 
-def test_healthy_craft_and_other_episodes_have_their_words():
+def test_healthy_episodes_have_a_description():
     history = rollout(scenario_of().replace(faults=None), "pd", seed=0)
     assert fault_description(history.episodes) == "healthy" == fault_description(history.episodes, 0)
 

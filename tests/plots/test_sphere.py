@@ -15,7 +15,7 @@ AXIS = np.array([0.6, 0.0, 0.8])
 @pytest.fixture(scope="module", params=["flagship", "flagship_tracking", "flexible"])
 def histories(request):
     scenario = scenarios.get(request.param).replace(duration=10.0)
-    return {law: rollout(scenario, law, seed=2) for law in ("pd", "pd_dob")}
+    return {name: rollout(scenario, name, seed=2) for name in ("pd", "pd_dob")}
 
 
 def test_a_boresight_points_where_the_attitude_says():

@@ -23,9 +23,9 @@ from ftac_gym.plots import (
     torque_polytope,
     wheel_envelope,
 )
-from ftac_gym.plots.style import folded
+from ftac_gym.plots.style import wrapped
 
-# What the three kinds of dichromats see of linear RGB (Machado, Oliveira and Fernandes 2009, severity 1).
+# Linear RGB as the three kinds of dichromats see it (Machado, Oliveira and Fernandes 2009, severity 1).
 BLINDNESS = {
     "protan": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
     "deutan": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
@@ -67,26 +67,26 @@ def test_strokes_differ():
         assert first.color != second.color and first.line != second.line and first.marker != second.marker
 
 
-def test_lists_are_folded_between_their_entries():
+def test_lists_are_wrapped_between_their_entries():
     words = "wheel 0: bias at 1.0 s; wheel 1: outage at 12.0 s; gyro bias step at 3.0 s"
-    lines = folded(words, 30).split("\n")
+    lines = wrapped(words, 30).split("\n")
     assert " ".join(lines) == words and len(lines) == 3
     assert all(line.endswith((" s;", " s")) for line in lines)
-    assert folded(words, 500) == words
+    assert wrapped(words, 500) == words
 
 
 def test_figures_leave_settings_and_random_numbers_alone(tmp_path):
     faults = FaultSchedule((LossOfEffectiveness(wheel=1, onset=2.0), Bias(wheel=2, onset=3.0, constant=0.05)))
     history = rollout(scenarios.get("flagship").replace(duration=6.0, faults=faults), "nftsm_observer", seed=1)
-    believed = {"asmo": estimates_along(history, "nftsm_observer")}
+    estimates = {"asmo": estimates_along(history, "nftsm_observer")}
     error = np.degrees(history.attitude_error).astype(np.float32)
     settings, state = copy.deepcopy(dict(matplotlib.rcParams)), copy.deepcopy(np.random.get_state())  # noqa: NPY002
     figures = [
         episode({"a": history}),
         error_bands([Evaluation("a", {}, error)], 0.1, 0.1, np.array([True])),
         error_bands([Evaluation("a", {}, error)], 0.1, 0.1, np.array([True]), overlay=True),
-        fault_estimates(believed),
-        torque_estimates(believed),
+        fault_estimates(estimates),
+        torque_estimates(estimates),
         wheel_envelope({"healthy": torque_polytope(history.scenario.spacecraft.wheels)}),
         boresight_paths({"a": history}),
     ]
@@ -101,7 +101,7 @@ def test_figures_leave_settings_and_random_numbers_alone(tmp_path):
 
 
 def labelled(panel, name):
-    """Whether an axis has a label with a unit, its own or that of another panel in its column or row."""
+    """Return True if an axis has a label with a unit, its own or that of another panel in its column or row."""
     edge = {"x": "x0", "y": "y0"}[name]
     place = getattr(panel.get_position(), edge)
     line = [other for other in panel.figure.axes if abs(getattr(other.get_position(), edge) - place) < 0.02]
