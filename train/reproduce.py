@@ -1,14 +1,10 @@
-"""Fly a paper's scenario with its schemes and comparators, and say which of its claims hold.
+"""Fly a paper's scenario with its schemes and comparators, and judge the paper's claims.
 
-Prints the claim table and the studies behind it, and writes them as a report with figures.
+The claim table and the studies behind it are printed, and written as a report with figures.
 
 For example:
 
     python train/reproduce.py --paper zhang_zhou_2019
-    python train/reproduce.py --paper cao_2022
-    python train/reproduce.py --paper ma_2023
-    python train/reproduce.py --paper chen_2018
-    python train/reproduce.py --paper li_2023
 """
 
 from __future__ import annotations
@@ -31,12 +27,12 @@ from ftac_gym.utils.console import show_table
 
 @dataclass(frozen=True)
 class Config:
-    """What to reproduce."""
+    """Settings of a reproduction."""
 
     paper: str
     """The paper: zhang_zhou_2019, cao_2022, ma_2023, chen_2018 or li_2023."""
     output: Path = Path("results")
-    """Folder for the report; the paper has a folder in it."""
+    """Folder for the report, which is written to a folder of the paper in it."""
     workers: int = 2
     """Processes; they do not change the result."""
 
@@ -56,7 +52,7 @@ def run(plans: dict[str, Plan], workers: int) -> Recordings:
 
 
 def main(config: Config) -> None:
-    """Reproduce."""
+    """Reproduce a paper."""
     if config.paper not in PAPERS:
         raise SystemExit(f"--paper: {config.paper!r} is none of {sorted(PAPERS)}")
     start = time.perf_counter()

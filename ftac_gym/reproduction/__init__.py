@@ -1,41 +1,62 @@
 """Reproductions of papers: their claims, beside numbers from flights under their equations.
 
-Each paper is a folder: ``plans()`` returns its flights, ``evaluate(flights)`` the verdicts, studies and figures.
+Each paper is a folder: ``plans`` has its flights, ``measures`` what they are judged by, ``claims`` the verdicts with
+their texts, ``report`` the studies and figures.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import ModuleType
 from typing import NamedTuple
 
-from ftac_gym.reproduction.cao_2022 import plans as cao_2022_plans
-from ftac_gym.reproduction.cao_2022 import report as cao_2022
-from ftac_gym.reproduction.chen_2018 import plans as chen_2018_plans
-from ftac_gym.reproduction.chen_2018 import report as chen_2018
-from ftac_gym.reproduction.li_2023 import plans as li_2023_plans
-from ftac_gym.reproduction.li_2023 import report as li_2023
-from ftac_gym.reproduction.ma_2023 import plans as ma_2023_plans
-from ftac_gym.reproduction.ma_2023 import report as ma_2023
+from matplotlib.figure import Figure
+
+from ftac_gym.evaluation.tables import Cells
+from ftac_gym.reproduction import cao_2022, chen_2018, li_2023, ma_2023, zhang_zhou_2019
 from ftac_gym.reproduction.recorder import Plan, Recordings
-from ftac_gym.reproduction.verdicts import Reproduction
-from ftac_gym.reproduction.zhang_zhou_2019 import plans as zhang_zhou_2019_plans
-from ftac_gym.reproduction.zhang_zhou_2019 import report as zhang_zhou_2019
+from ftac_gym.reproduction.verdicts import Finding, Measure, Reproduction, written
 
 
 class Paper(NamedTuple):
-    """Reproduction of a paper: its flights, and the results from them."""
+    """Reproduction of a paper.
 
+    Attributes
+    ----------
+    name
+        Folder of the paper.
+    plans
+        Flights that the claims and the studies need, by name.
+    findings
+        Findings for the claims, from the flights.
+    measures
+        Measures of a flight in the texts of the claims.
+    studies
+        Tables of the extra studies, by title.
+    draw
+        Figures, by file name without ending.
+    """
+
+    name: str
     plans: Callable[[], dict[str, Plan]]
-    evaluate: Callable[[Recordings], Reproduction]
+    findings: Callable[[Recordings], dict[str, Finding]]
+    measures: Mapping[str, Measure]
+    studies: Callable[[Recordings], dict[str, Cells]]
+    draw: Callable[[Recordings], dict[str, Figure]]
+
+    def evaluate(self, flights: Recordings) -> Reproduction:
+        """Judge the claims, make the tables and draw the figures."""
+        claims = written(self.name, self.findings(flights), flights, self.measures)
+        return Reproduction(claims, self.studies(flights), self.draw(flights))
 
 
-PAPERS: dict[str, Paper] = {
-    "cao_2022": Paper(cao_2022_plans.plans, cao_2022.evaluate),
-    "chen_2018": Paper(chen_2018_plans.plans, chen_2018.evaluate),
-    "li_2023": Paper(li_2023_plans.plans, li_2023.evaluate),
-    "ma_2023": Paper(ma_2023_plans.plans, ma_2023.evaluate),
-    "zhang_zhou_2019": Paper(zhang_zhou_2019_plans.plans, zhang_zhou_2019.evaluate),
-}
-"""Papers by name."""
+def _paper(folder: ModuleType) -> Paper:
+    plans, claims, report = folder.plans, folder.claims, folder.report
+    name = folder.__name__.rpartition(".")[2]
+    return Paper(name, plans.plans, claims.findings, claims.MEASURES, report.studies, report.draw)
+
+
+PAPERS = {paper.name: paper for paper in map(_paper, (cao_2022, chen_2018, li_2023, ma_2023, zhang_zhou_2019))}
+"""Papers by the name of their folder."""
 
 __all__ = ["PAPERS", "Paper"]

@@ -1,8 +1,7 @@
-"""What a reference asks of the wheels: inverse dynamics, without any controller."""
+"""Wheel torques that a reference requires: inverse dynamics, without any controller."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +17,7 @@ from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, require
 
 ALLOCATIONS = ("minimax", "pseudo_inverse")
-"""Ways to share a torque among the wheels: the largest command as small as can be, or the sum of their squares."""
+"""Ways to share a torque among the wheels: least largest command, or least sum of squares."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,14 +37,14 @@ class Motion:
 
 
 def reference_motion(episodes: Episodes, time: FloatArray) -> Motion:
-    """Return how the reference of the first episode turns.
+    """Return the motion of the reference of the first episode.
 
-    A set point is at rest; the jump from one to the next is left out, for no finite torque follows it.
+    A set point is at rest; the jump from one to the next is left out, since no finite torque follows it.
 
     Parameters
     ----------
     episodes
-        Drawn episodes; only the first is looked at.
+        Drawn episodes, of which the first is evaluated.
     time
         (T,) time of the episode [s].
     """
@@ -66,7 +65,7 @@ def reference_motion(episodes: Episodes, time: FloatArray) -> Motion:
 
 
 def required_torque(scenario: Scenario, time: npt.ArrayLike, disturbance: bool = False, seed: int = 0) -> FloatArray:
-    """Return the torque on the body that following the reference exactly needs.
+    """Return the torque on the body for following the reference exactly.
 
     It is J w_d' + w_d x J w_d with the nominal inertia J.
 
@@ -77,7 +76,7 @@ def required_torque(scenario: Scenario, time: npt.ArrayLike, disturbance: bool =
     time
         (T,) time of the episode [s].
     disturbance
-        Whether the wheels also have to hold out against the external torque.
+        Whether the wheels also compensate the external torque.
     seed
         Seed of the episode, where the reference or the external torque is random.
 
@@ -111,7 +110,7 @@ def peak_wheel_torque(
     time: npt.ArrayLike | None = None,
     seed: int = 0,
 ) -> float:
-    """Return the largest torque that following the reference exactly asks of a wheel.
+    """Return the largest wheel torque for following the reference exactly.
 
     A reference that needs more than the torque limit cannot be followed by any controller; with ``"minimax"`` the
     converse holds too, moment by moment, for wheels with equal limits.
@@ -121,14 +120,14 @@ def peak_wheel_torque(
     scenario
         The task; its wheels must be ideal torquers, without ``momentum_coupling``.
     allocation
-        How the torque is shared among the wheels, one of :data:`ALLOCATIONS`; either ignores the torque limits.
+        Way to share the torque among the wheels, one of :data:`ALLOCATIONS`; both ignore the torque limits.
     disturbance
-        Whether the wheels also have to hold out against the external torque.
+        Whether the wheels also compensate the external torque.
     faults
-        Whether to allocate to the wheels as the faults leave them, known exactly: the answer is then the largest
-        *command*. A wheel that gives nothing is left out.
+        Whether to allocate to the wheels with their true faults. The result is then the largest *command*. A wheel
+        without effectiveness is left out.
     time
-        (T,) moments to look at [s]; None for the end of every control period of the episode, and its start.
+        (T,) moments [s]; None for the start of the episode and the end of each of its control periods.
     seed
         Seed of the episode, where anything is random.
 
@@ -139,8 +138,8 @@ def peak_wheel_torque(
     Raises
     ------
     ValueError
-        If the allocation is unknown, the stored momentum enters the gyroscopic torque, the times are not a list of
-        finite numbers, or the wheels that are left do not span space.
+        If the allocation is unknown, the times are not a list of finite numbers, or the stored momentum enters the
+        gyroscopic torque. Also if the remaining wheels do not span space.
     """
     require(allocation in ALLOCATIONS, "allocation", f"must be one of {list(ALLOCATIONS)}", allocation)
     every = scenario.control_period * np.arange(scenario.horizon + 1, dtype=np.float64)
@@ -153,25 +152,22 @@ def peak_wheel_torque(
         zero = np.zeros_like(effectiveness)
         effect = fault_effect(drawn, moments, wheels, zero, zero)
         effectiveness, torque = effect.effectiveness, torque - effect.bias @ wheels.axis_matrix.T
-    # Moments at which the wheels are equally good share an allocation.
+    # Moments with the same effectiveness share an allocation.
     states, inverse = np.unique(effectiveness, axis=0, return_inverse=True)
-    peaks = [
-        np.abs(_allocator(wheels, state, allocation)(torque[inverse == index])).max()
-        for index, state in enumerate(states)
-    ]
-    return float(max(peaks))
+    groups = (torque[inverse == index] for index in range(len(states)))
+    commands = (_commands(wheels, state, allocation, group) for state, group in zip(states, groups, strict=True))
+    return float(max(np.abs(command).max() for command in commands))
 
 
-def _allocator(wheels: WheelArray, effectiveness: FloatArray, allocation: str) -> Callable[[FloatArray], FloatArray]:
-    """Return what turns torques on the body (n, 3) into commands of the wheels that obey (n, obeying)."""
-    obeys = effectiveness > 0.0
-    share, axes = effectiveness[obeys], wheels.axis_matrix[:, obeys]
+def _commands(wheels: WheelArray, effectiveness: FloatArray, allocation: str, torque: FloatArray) -> FloatArray:
+    """Return the commands (n, working) of the working wheels for torques on the body (n, 3)."""
+    works = effectiveness > 0.0
+    share, axes = effectiveness[works], wheels.axis_matrix[:, works]
     if allocation == "pseudo_inverse":
-        inverse = pseudo_inverse(axes * share)
-        return lambda torque: torque @ inverse.T
-    # For a limit that equals the effectiveness, the share of it that is used is the command.
+        return torque @ pseudo_inverse(axes * share).T
+    # With a limit equal to the effectiveness, the used share of the limit is the command.
     minimax = MinimaxAllocation(WheelArray(tuple(map(tuple, axes.tolist())), tuple(share.tolist())))
-    return lambda torque: minimax(torque) / share
+    return minimax(torque) / share
 
 
 def _external(episodes: Episodes, time: FloatArray, rate: FloatArray) -> FloatArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -19,8 +19,8 @@ POINTS = 1500
 """Most points of a line; more are not visible."""
 
 Recordings = Mapping[str, Recording]
-Place = Literal["upper right", "upper left"]
 Draw = Callable[[Axes, Recording], None]
+Measure = Callable[[Recording], FloatArray]
 
 
 def _line(panel: Axes, time: FloatArray, values: FloatArray, **look: Any) -> None:
@@ -49,12 +49,12 @@ def _sheet(flights: Recordings, label: str, height: float = 3.4) -> tuple[Figure
     return figure, list(panels)
 
 
-def _per_flight(flights: Recordings, label: str, draw: Draw, place: Place = "upper right") -> Figure:
+def _per_flight(flights: Recordings, label: str, draw: Draw) -> Figure:
     """Return one panel per flight, filled by a function, with a legend in the first."""
     figure, panels = _sheet(flights, label)
     for panel, flight in zip(panels, flights.values(), strict=True):
         draw(panel, flight)
-    panels[0].legend(loc=place, fontsize=8)
+    panels[0].legend(loc="upper right", fontsize=8)
     return figure
 
 
@@ -116,7 +116,7 @@ def torques_estimated(flights: Recordings, truth: Callable[[Recording], FloatArr
         _lines(panel, flight.time, flight.disturbance[:, 0], "xyz", linewidth=1.0)
         _lines(panel, flight.time, truth(flight), color=INK, linestyle=":", linewidth=1.2)
 
-    return _per_flight(flights, "torque of the faults [N m]", draw, place="upper left")
+    return _per_flight(flights, "torque of the faults [N m]", draw)
 
 
 def vibration_estimated(flight: Recording) -> Figure:
@@ -185,8 +185,8 @@ def bounded(flights: Recordings, bound: PrescribedBound) -> Figure:
     return figure
 
 
-def histories(lines: Mapping[str, tuple[FloatArray, FloatArray]], label: str, logarithmic: bool = False) -> Figure:
-    """Draw one quantity of all flights in one panel.
+def curves(lines: Mapping[str, tuple[FloatArray, FloatArray]], label: str, logarithmic: bool = False) -> Figure:
+    """Draw curves over time in one panel.
 
     Parameters
     ----------
@@ -210,7 +210,11 @@ def histories(lines: Mapping[str, tuple[FloatArray, FloatArray]], label: str, lo
     return figure
 
 
+def histories(flights: Recordings, measure: Measure, label: str, logarithmic: bool = False) -> Figure:
+    """Draw a measure of all flights in one panel, from its values at the first of their times; see :func:`curves`."""
+    return curves({name: (flight.time, measure(flight)) for name, flight in flights.items()}, label, logarithmic)
+
+
 def errors(flights: Recordings) -> Figure:
     """Draw the pointing errors of all flights in one panel, on a logarithmic scale."""
-    lines = {name: (flight.time, np.maximum(flight.error[:, 0], 1e-7)) for name, flight in flights.items()}
-    return histories(lines, "pointing error [deg]", logarithmic=True)
+    return histories(flights, lambda flight: np.maximum(flight.error[:, 0], 1e-7), "pointing error [deg]", True)

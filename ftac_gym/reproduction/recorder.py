@@ -129,8 +129,7 @@ class Recording:
 
     def last(self, window: float = 10.0) -> npt.NDArray[np.bool_]:
         """Return which of the (T + 1) samples lie in the last ``window`` seconds."""
-        late: npt.NDArray[np.bool_] = self.time >= self.time[-1] - window
-        return late
+        return np.asarray(self.time >= self.time[-1] - window)
 
     def settling(self, angle: float, spacecraft: int = 0) -> float:
         """Return the time [s] from which a spacecraft's error stays below an angle [deg]; infinity if never."""
@@ -161,41 +160,35 @@ class Recording:
 
     def speed(self) -> FloatArray:
         """Return the magnitude of the first spacecraft's rate, (T + 1,) [deg/s]."""
-        speed: FloatArray = np.degrees(np.linalg.norm(self.rate[:, 0], axis=1))
-        return speed
+        return np.asarray(np.degrees(np.linalg.norm(self.rate[:, 0], axis=1)))
 
     def path_ratio(self) -> FloatArray:
         """Return the angle turned over the shortest one, (N,), for a reference at rest."""
         speed = np.linalg.norm(self.rate[1:], axis=2)
-        ratio: FloatArray = np.degrees(speed.sum(axis=0) * self.scenario.control_period) / self.error[0]
-        return ratio
+        return np.asarray(np.degrees(speed.sum(axis=0) * self.scenario.control_period) / self.error[0])
 
     def margin(self, bound: PrescribedBound) -> FloatArray:
         """Return the distance of the first spacecraft to a bound, as the least share of its width, (T + 1,).
 
         It is negative outside the bound. The reference must be the identity.
         """
-        least: FloatArray = bound.margin(self.attitude[:, 0], self.time).min(axis=1)
-        return least
+        return np.asarray(bound.margin(self.attitude[:, 0], self.time).min(axis=1))
 
     def component_accuracy(self) -> FloatArray:
         """Return the largest |sigma_i - sigma_d,i| of the last 10 s, (3,), as the angle 4 atan [deg]."""
         late = self.last()
         difference = np.abs(self.attitude[late] - self.reference[late]).max(axis=(0, 1))
-        accuracy: FloatArray = np.degrees(4.0 * np.arctan(difference))
-        return accuracy
+        return np.asarray(np.degrees(4.0 * np.arctan(difference)))
 
     def peak(self) -> float:
         """Return the largest wheel torque commanded, of all spacecraft [N m]."""
         return float(np.abs(self.command).max())
 
-    def chatter(self) -> float:
-        """Return the total variation of the first spacecraft's commands per second [N m/s], mean over the wheels."""
-        variation = np.abs(np.diff(self.command[:, 0], axis=0)).sum(axis=0).mean()
-        return float(variation / self.time[-1])
+    def chatter(self, start: float = 0.0, end: float = np.inf) -> float:
+        """Return the total variation of the first spacecraft's commands per second [N m/s], mean over the wheels.
 
-    def chatter_between(self, start: float, end: float) -> float:
-        """Return the same as :meth:`chatter` for the commands from one time [s] until before another."""
+        The commands are those from one time [s] until before another.
+        """
         command = self.command[(self.time[:-1] >= start) & (self.time[:-1] < end), 0]
         variation = np.abs(np.diff(command, axis=0)).sum(axis=0).mean()
         return float(variation / max(len(command), 1) / self.scenario.control_period)
@@ -203,8 +196,7 @@ class Recording:
     def at_limit(self) -> npt.NDArray[np.bool_]:
         """Return when each wheel of the first spacecraft is commanded its limit, (T, m)."""
         limits = self.scenario.spacecraft.wheels.torque_limits
-        reached: npt.NDArray[np.bool_] = np.abs(self.command[:, 0]) >= limits * (1.0 - 1e-9)
-        return reached
+        return np.asarray(np.abs(self.command[:, 0]) >= limits * (1.0 - 1e-9))
 
     def saturated(self) -> float:
         """Return the share of time in which the wheels of the first spacecraft are commanded their limit."""
@@ -221,8 +213,7 @@ class Recording:
         if self.effectiveness is None:
             raise ValueError("effectiveness must have been estimated to have an error, got None")
         late = self.last(window)[:-1]
-        worst: FloatArray = np.abs(self.effectiveness - self.true_effectiveness)[late, 0].max(axis=0)
-        return worst
+        return np.asarray(np.abs(self.effectiveness - self.true_effectiveness)[late, 0].max(axis=0))
 
 
 class Recordings(dict[str, Recording]):
@@ -294,12 +285,11 @@ def record(plan: Plan) -> Recording:
         for name, history in memory.items():
             history.append(baseline.memory[name])
         # The estimate is that of the period before.
-        if step == 0 or estimate is None:
-            return
-        for name in ESTIMATES:
-            estimates[name].append(getattr(estimate, name))
-        if baseline.memory.has("rate_mismatch"):
-            estimates["rate_mismatch"].append(baseline.memory["rate_mismatch"])
+        if step > 0 and estimate is not None:
+            for name in ESTIMATES:
+                estimates[name].append(getattr(estimate, name))
+            if baseline.memory.has("rate_mismatch"):
+                estimates["rate_mismatch"].append(baseline.memory["rate_mismatch"])
 
     episodes = plan.scenario.draw(plan.seed, plan.num_spacecraft)
     if plan.flipped:

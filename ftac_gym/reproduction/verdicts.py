@@ -3,16 +3,32 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import partial
 from importlib.resources import files
 from typing import Any
 
 from matplotlib.figure import Figure
 
 from ftac_gym.evaluation.tables import Cells
+from ftac_gym.reproduction.recorder import Recording, Recordings
+from ftac_gym.reproduction.wording import percent, settled
 from ftac_gym.utils.parameters import require
+
+Measure = Callable[[Recording], Any]
+
+MEASURES: Mapping[str, Measure] = {
+    "settled": settled,
+    "settled_1deg": partial(settled, angle=1.0),
+    "steady": Recording.steady,
+    "chatter": Recording.chatter,
+    "peak": Recording.peak,
+    "energy": Recording.energy,
+    "saturated": lambda recording: percent(recording.saturated()),
+}
+"""Measures of a flight for the texts of all papers."""
 
 
 class Verdict(Enum):
@@ -55,25 +71,44 @@ def judge(as_printed: bool, otherwise: bool = False) -> Verdict:
     return Verdict.ASSUMED if otherwise else Verdict.NOT
 
 
-@dataclass(frozen=True)
 class Finding:
-    """Verdict on a claim, and the values for its text."""
+    """Verdict on a claim, and the values for its text.
 
-    verdict: Verdict
-    values: Mapping[str, Any]
+    Parameters
+    ----------
+    as_printed, otherwise
+        Whether the claim holds as printed, and under the assumption in its note.
+    **values
+        Values for the text.
+    """
+
+    def __init__(self, as_printed: bool, otherwise: bool = False, /, **values: Any) -> None:
+        self.verdict = judge(as_printed, otherwise)
+        self.values = values
 
 
-def finding(as_printed: bool, otherwise: bool = False, /, **values: Any) -> Finding:
-    """Return the verdict of :func:`judge` with values for the text of a claim."""
-    return Finding(judge(as_printed, otherwise), values)
+class _Measured(dict[str, Any]):
+    """Measure of recordings by their names, taken at its first use."""
+
+    def __init__(self, flights: Recordings, measure: Measure) -> None:
+        self._flights, self._measure = flights, measure
+
+    def __missing__(self, name: str) -> Any:
+        self[name] = self._measure(self._flights[name])
+        return self[name]
 
 
-def written(paper: str, findings: Mapping[str, Finding], values: Mapping[str, Any] | None = None) -> list[Claim]:
+def written(
+    paper: str, findings: Mapping[str, Finding], flights: Recordings, measures: Mapping[str, Measure] | None = None
+) -> list[Claim]:
     """Return the claims of a paper, in the order of its texts.
 
     The file ``claims.toml`` of the paper has a table for each claim, with its source, its statement, the text of the
-    numbers found and a note. In the last two, fields in braces stand for values of the finding or for entries of the
-    table ``shared``.
+    numbers found and a note. Fields in braces stand for
+
+    - values of the finding,
+    - entries of the table ``shared``,
+    - measures of a flight, as in ``{steady[NAME]:.2f}``.
 
     Parameters
     ----------
@@ -81,8 +116,10 @@ def written(paper: str, findings: Mapping[str, Finding], values: Mapping[str, An
         Folder of the paper.
     findings
         Findings by the name of the claim's table.
-    values
-        Values for the texts of all claims.
+    flights
+        The flights.
+    measures
+        Measures of a flight by name, in addition to :data:`MEASURES`.
 
     Raises
     ------
@@ -90,12 +127,14 @@ def written(paper: str, findings: Mapping[str, Finding], values: Mapping[str, An
         If a claim has no finding or a finding no claim.
     """
     texts = tomllib.loads((files("ftac_gym.reproduction") / paper / "claims.toml").read_text(encoding="utf-8"))
-    shared = dict(values or {})
-    shared.update({name: text.format(**shared) for name, text in texts.pop("shared", {}).items()})
+    known: dict[str, Any] = {
+        name: _Measured(flights, measure) for name, measure in {**MEASURES, **(measures or {})}.items()
+    }
+    known.update({name: text.format(**known) for name, text in texts.pop("shared", {}).items()})
     require(set(texts) == set(findings), "findings", f"must be those of {sorted(texts)}", sorted(findings))
     claims = []
     for name, text in texts.items():
-        fields = {**shared, **findings[name].values}
+        fields = {**known, **findings[name].values}
         found, note = (text.get(part, "").format(**fields) for part in ("found", "note"))
         claims.append(Claim(text["source"], text["statement"], found, findings[name].verdict, note))
     return claims

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from itertools import product
 from typing import Any, TypeVar
 
 import numpy as np
@@ -12,6 +13,7 @@ from ftac_gym.reproduction.recorder import Recording
 
 Row = TypeVar("Row")
 Column = TypeVar("Column")
+Value = TypeVar("Value")
 
 
 def seconds(time: float) -> str:
@@ -53,21 +55,28 @@ def listed_times(times: Mapping[str, float]) -> str:
 
 
 def grid(
-    corner: str, rows: Mapping[str, Row], columns: Mapping[str, Column], cell: Callable[[Row, Column], str]
+    corner: str | tuple[str, ...],
+    rows: Mapping[Any, Row],
+    columns: Mapping[str, Column],
+    cell: Callable[[Row, Column], str],
 ) -> Cells:
     """Return a table with one cell for each pair of a row and a column.
 
     Parameters
     ----------
     corner
-        Heading of the first column, which holds the names of the rows.
+        Heading of the first column, which holds the names of the rows; several headings for names that are tuples.
     rows, columns
         Items by name.
     cell
         Text for an item of a row and one of a column.
     """
-    body = [[name, *(cell(row, column) for column in columns.values())] for name, row in rows.items()]
-    return [[corner, *columns], *body]
+    body = [[*_parts(name), *(cell(row, column) for column in columns.values())] for name, row in rows.items()]
+    return [[*_parts(corner), *columns], *body]
+
+
+def _parts(name: str | tuple[str, ...]) -> tuple[str, ...]:
+    return name if isinstance(name, tuple) else (name,)
 
 
 def table(corner: str, rows: Mapping[str, Row], columns: Mapping[str, Callable[[Row], str]]) -> Cells:
@@ -75,6 +84,25 @@ def table(corner: str, rows: Mapping[str, Row], columns: Mapping[str, Callable[[
     return grid(corner, rows, columns, lambda row, column: column(row))
 
 
-def named(values: Any, form: str = "{}") -> dict[str, Any]:
+def each(values: Iterable[Value], form: str, cell: Callable[[Row, Value], str]) -> dict[str, Callable[[Row], str]]:
+    """Return columns of a :func:`table`, one for each value, named by a format."""
+
+    def column(value: Value) -> Callable[[Row], str]:
+        return lambda row: cell(row, value)
+
+    return {form.format(value): column(value) for value in values}
+
+
+def named(values: Iterable[Value], form: str = "{}") -> dict[str, Value]:
     """Return values by their text, for the rows or columns of a :func:`grid`."""
     return {form.format(value): value for value in values}
+
+
+def pairs(first: Iterable[str], second: Iterable[str]) -> dict[tuple[str, str], tuple[str, str]]:
+    """Return all pairs of names, for rows of a :func:`grid` with two columns of names."""
+    return {pair: pair for pair in product(first, second)}
+
+
+def milliseconds(periods: Iterable[float]) -> dict[str, float]:
+    """Return periods [s] by their text in milliseconds."""
+    return {f"{1000 * period:g}": period for period in periods}

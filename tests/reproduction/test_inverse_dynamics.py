@@ -1,4 +1,4 @@
-"""What references ask of the wheels: closed forms, a linear programme, and an open-loop flight along the reference."""
+"""Wheel torques of references: closed forms, a linear programme, and an open-loop flight along the reference."""
 
 import math
 

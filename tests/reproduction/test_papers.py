@@ -10,7 +10,7 @@ from ftac_gym.reproduction import PAPERS
 from ftac_gym.reproduction.cao_2022 import measures as cao_2022_measures
 from ftac_gym.reproduction.recorder import Recordings, record
 from ftac_gym.reproduction.variations import sampled, with_limit
-from ftac_gym.reproduction.verdicts import Claim, Verdict, claim_table, judge
+from ftac_gym.reproduction.verdicts import Claim, Finding, Verdict, claim_table, judge, written
 
 
 @pytest.fixture(scope="module", params=sorted(PAPERS))
@@ -18,11 +18,11 @@ def reproduced(request):
     paper = PAPERS[request.param]
     coarse = {}
     for name, plan in paper.plans().items():
-        # Coarse sampling with unlimited torque blows up, which is a result, but none to judge claims by.
+        # Coarse sampling with unlimited torque diverges, and no claim can be judged by that.
         limit = min(50.0, float(plan.scenario.spacecraft.wheels.torque_limits[0]))
         scenario = with_limit(sampled(plan.scenario, 0.05, 12.0), limit)
         coarse[name] = replace(plan, scenario=scenario, num_spacecraft=min(plan.num_spacecraft, 3))
-    # So coarse, many plans are the same.
+    # Many of these coarse plans are the same.
     with np.errstate(all="ignore"):
         flown = {repr(plan): record(plan) for plan in {repr(plan): plan for plan in coarse.values()}.values()}
     return request.param, paper.evaluate(Recordings({name: flown[repr(plan)] for name, plan in coarse.items()}))
@@ -68,6 +68,16 @@ def test_verdicts():
     assert judge(False) is Verdict.NOT
     rows = claim_table([Claim("where", "what", "1.0 s", Verdict.NOT, "why")])
     assert rows[1] == ["where", "what", "1.0 s", "not reproduced", "why"]
+
+
+def test_texts_take_values_and_measures_of_flights():
+    """A finding for each text, and texts with the numbers of both."""
+    plan = PAPERS["cao_2022"].plans()["PTC"]
+    flights = Recordings({"PTC": record(replace(plan, scenario=sampled(plan.scenario, 0.1, 1.0)))})
+    with pytest.raises(ValueError, match=r"findings must be those of \['asymptotic', .*, got \['unknown'\]"):
+        written("ma_2023", {"unknown": Finding(True)}, flights)
+    with pytest.raises(KeyError, match="PTC as printed"):
+        PAPERS["cao_2022"].evaluate(flights)
 
 
 def test_the_printed_gains_violate_the_theorem():

@@ -89,7 +89,7 @@ def torque_at_faults(recording: Recording) -> tuple[float, float]:
     """Return largest torque [N m] and total variation [N m/s] from the first fault to 5 s after the last."""
     start, end = ONSETS[0], ONSETS[-1] + 5.0
     window = (recording.time[:-1] >= start) & (recording.time[:-1] < end)
-    return float(np.abs(recording.command[window, 0]).max()), recording.chatter_between(start, end)
+    return float(np.abs(recording.command[window, 0]).max()), recording.chatter(start, end)
 
 
 def sliding_variable(recording: Recording, time: float) -> FloatArray:
@@ -107,13 +107,10 @@ def closed_forms(recording: Recording, time: float) -> tuple[float, float]:
     T (exp(-V1^h) - exp(-V0^h)) leads from V0 to V1.
     """
     position, rate = PredefinedTime(0.25, time), PredefinedTime(0.3, time)
-    reached = float(rate.reaching_time(0.5 * _square(sliding_variable(recording, time)[0])))
+    variable = sliding_variable(recording, time)[0]
+    reached = float(rate.reaching_time(np.asarray(0.5 * (variable @ variable))))
     start = min(len(recording.time) - 1, round(reached / recording.scenario.control_period))
-    there = float(position.reaching_time(0.5 * _square(recording.attitude[start, 0])))
+    sigma = recording.attitude[start, 0]
+    there = float(position.reaching_time(np.asarray(0.5 * (sigma @ sigma))))
     left = float(position.reaching_time(np.array(0.5 * np.tan(np.radians(FINE) / 4.0) ** 2)))
     return reached, reached + there - left
-
-
-def _square(vector: FloatArray) -> FloatArray:
-    square: FloatArray = np.asarray(vector @ vector)
-    return square

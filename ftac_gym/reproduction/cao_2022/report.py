@@ -1,19 +1,18 @@
-"""Verdicts, studies and figures for Cao, Gong and Han 2022."""
+"""Studies and figures for Cao, Gong and Han 2022."""
 
 from __future__ import annotations
 
 from itertools import product
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from ftac_gym.evaluation.tables import Cells
 from ftac_gym.reproduction import paper_figures as figures
-from ftac_gym.reproduction.cao_2022.claims import claims
 from ftac_gym.reproduction.cao_2022.measures import FINE, closed_forms, sliding_variable
-from ftac_gym.reproduction.cao_2022.plans import EXPONENTS, LAYERS, LIMITS, OBSERVERS, PERIODS, STEPS, TIMES
+from ftac_gym.reproduction.cao_2022.plans import EXPONENTS, LAYERS, LIMITS, OBSERVERS, PERIODS, TIMES
 from ftac_gym.reproduction.recorder import Recording, Recordings
-from ftac_gym.reproduction.verdicts import Reproduction
-from ftac_gym.reproduction.wording import grid, named, seconds, settled, table
+from ftac_gym.reproduction.wording import grid, milliseconds, named, pairs, seconds, settled, table
 
 
 def studies(flights: Recordings) -> dict[str, Cells]:
@@ -22,9 +21,13 @@ def studies(flights: Recordings) -> dict[str, Cells]:
         "All schemes and comparators": _schemes(flights),
         "Closed forms of the predefined times (h1 = 0.25, no switching term, unlimited, 1 ms)": _forms(flights),
         "Random starts, 0.1 deg after (h1 = 0.25, T1 + T2 = 20 s)": _starts(flights),
-        "Step size (no fault, no disturbance): 1 deg after, steady error, largest torque": _steps(flights),
-        "Sampling (faults and disturbance as printed, E^ = I, h1 = 0.25): 1 deg after, steady error": _holds(flights),
-    }
+        "Step size (no fault, no disturbance): 1 deg after, steady error, largest torque": grid(
+            ("h1", "torque limit"), pairs(map(str, EXPONENTS), LIMITS), {"10 ms": 0.01, "1 ms": 0.001},
+            lambda kind, step: _step(flights[f"step: h1 = {kind[0]}, {kind[1]}, {step} s"])),
+        "Sampling (faults and disturbance as printed, E^ = I, h1 = 0.25): 1 deg after, steady error": grid(
+            "period [ms]", milliseconds(PERIODS), named(map(", ".join, product(LIMITS, LAYERS))),
+            lambda period, kind: _hold(flights[f"hold: {period} s, {kind}"])),
+    }  # fmt: skip
 
 
 def _schemes(flights: Recordings) -> Cells:
@@ -59,33 +62,24 @@ def _starts(flights: Recordings) -> Cells:
     })  # fmt: skip
 
 
-def _steps(flights: Recordings) -> Cells:
-    def cells(exponent: float, limit: str) -> list[str]:
-        pair = [flights[f"step: h1 = {exponent}, {limit}, {step} s"] for step in STEPS]
-        return [f"{settled(item, 1.0)}, {item.steady(5.0):.1e} deg, {item.peak():.3g} N m" for item in pair]
-
-    rows = [[f"{exponent}", limit, *cells(exponent, limit)] for exponent, limit in product(EXPONENTS, LIMITS)]
-    return [["h1", "torque limit", "10 ms", "1 ms"], *rows]
+def _step(flight: Recording) -> str:
+    """Return the cell of a flight in the study of the step size."""
+    return f"{settled(flight, 1.0)}, {flight.steady(5.0):.1e} deg, {flight.peak():.3g} N m"
 
 
-def _holds(flights: Recordings) -> Cells:
-    def cell(period: float, variant: str) -> str:
-        flight: Recording = flights[f"hold: {period} s, {variant}"]
-        return f"{settled(flight, 1.0)}, {flight.steady():.1e} deg"
-
-    variants = named(f"{limit}, {layer}" for limit, layer in product(LIMITS, LAYERS))
-    return grid("period [ms]", {f"{1000 * period:g}": period for period in PERIODS}, variants, cell)
+def _hold(flight: Recording) -> str:
+    """Return the cell of a flight in the study of sampling."""
+    return f"{settled(flight, 1.0)}, {flight.steady():.1e} deg"
 
 
-def evaluate(flights: Recordings) -> Reproduction:
-    """Judge the claims and draw the figures."""
+def draw(flights: Recordings) -> dict[str, Figure]:
+    """Draw the figures, by file name without ending."""
     compared = flights.chosen(("PTC as printed", "PTC", "TSMC-class"))
     observed = flights.chosen(OBSERVERS, "turning, {}")
-    drawn = {
+    return {
         "attitude": figures.attitude(compared),
         "rates": figures.rates(compared),
         "torque": figures.torque(compared),
         "estimates": figures.estimates(Recordings({**observed, "PTC, at rest": flights["PTC"]})),
         "schemes": figures.errors(flights.chosen(("PTC as printed", "PTC", "PTC h1 = 0.5, regularised", "TSMC-class"))),
     }
-    return Reproduction(claims(flights), studies(flights), drawn)

@@ -7,21 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ftac_gym.reproduction.chen_2018 import measures
+from ftac_gym.reproduction.chen_2018 import measures, plans
 from ftac_gym.reproduction.chen_2018.measures import accurate, least, margin
-from ftac_gym.reproduction.chen_2018.plans import (
-    COMPARATORS,
-    DECAYS,
-    FACTORS,
-    FUZZY,
-    LIMITS,
-    SCHEMES,
-    SIGNS,
-    WIDE,
-    bound,
-)
+from ftac_gym.reproduction.chen_2018.plans import COMPARATORS, FACTORS, SCHEMES, SIGNS, bound
 from ftac_gym.reproduction.recorder import Recording, Recordings, below_from
-from ftac_gym.reproduction.verdicts import Claim, Finding, finding, written
+from ftac_gym.reproduction.verdicts import Finding, Measure
 from ftac_gym.reproduction.wording import listed, listed_times, percent, seconds, settled
 
 EVEN = "M1, lower = upper = 1"
@@ -29,14 +19,17 @@ LEAK = 0.001
 """m1 [1/s]."""
 
 
-def claims(flights: Recordings) -> list[Claim]:
-    """Return the claims of the abstract, of section 5 and of the conclusion."""
-    findings = {**_bounds(flights), **_convergence(flights), **_comparisons(flights), **_parts(flights)}
-    return written("chen_2018", findings)
+MEASURES: dict[str, Measure] = {
+    "margin": margin,
+    "accurate": lambda recording: seconds(accurate(recording)),
+    "accuracy": lambda recording: f"{settled(recording, 1.0)}, {recording.steady():.2f} deg",
+}
+"""Measures for the texts."""
 
 
-def _margins(flights: Recordings, names: Iterable[str], form: str = "{}") -> str:
-    return listed({form.format(name): margin(flights[form.format(name)]) for name in names})
+def findings(flights: Recordings) -> dict[str, Finding]:
+    """Return the findings for the claims of the abstract, of section 5 and of the conclusion."""
+    return {**_bounds(flights), **_convergence(flights), **_comparisons(flights)}
 
 
 def _kept_factors(flights: Recordings, where: str) -> list[float]:
@@ -49,35 +42,29 @@ def _numbers(values: Iterable[float]) -> str:
 
 
 def _bounds(flights: Recordings) -> dict[str, Finding]:
-    names = [f"{limit:g} N m" for limit in LIMITS]
-    names += ["-J' w", "-J' w, 1 ms", *(f"kappa = {decay:g}" for decay in DECAYS)]
+    names = [f"{limit:g} N m" for limit in plans.LIMITS]
+    names += ["-J' w", "-J' w, 1 ms", *(f"kappa = {decay:g}" for decay in plans.DECAYS)]
     weak = flights.chosen(names, "M1, {}").measured(least)
-    wide, wide_bound = ("M1, wide bounds", "M1, wide bounds, 4 N m"), replace(bound(), **WIDE)
+    wide, wide_bound = ("M1, wide bounds", "M1, wide bounds, 4 N m"), replace(bound(), **plans.WIDE)
     kept = flights.chosen((*wide, *COMPARATORS)).measured(lambda recording: least(recording, wide_bound))
     zero, virtual = (_kept_factors(flights, where) for where in ("zero", "virtual"))
     printed, mirrored = (
         sum(least(flight) > 0.0 for flight in flights.chosen(SIGNS, form).values())
         for form in ("start {}", "start {}, mirrored")
     )
-    fine, finer, radius = flights["step 0.001 s"], flights["step 0.0005 s"], measures.theorem_radius()
+    radius, finest = measures.theorem_radius(), flights["step 0.0005 s"]
     return {
-        "bounds": finding(
-            False, least(flights["M1"]) > 0.0 and least(finer) > 0.0,
-            margins=_margins(flights, ("M1", "M1, healthy")), fine=margin(fine), finer=margin(finer),
-        ),
-        "rival-bounds": finding(
-            least(flights["M2"]) < 0.0 and least(flights["M3"]) < 0.0,
-            margins=_margins(flights, COMPARATORS), healthy=_margins(flights, COMPARATORS, "{}, healthy"),
-        ),
-        "guarantee": finding(
+        "bounds": Finding(False, least(flights["M1"]) > 0.0 and least(finest) > 0.0),
+        "rival-bounds": Finding(least(flights["M2"]) < 0.0 and least(flights["M3"]) < 0.0),
+        "guarantee": Finding(
             min(weak.values()) > 0.0, min(kept[name] for name in wide) > 0.0,
             weak=listed(weak, "{:+.2g}"), kept=listed(kept, "{:+.2g}"),
         ),
-        "infinite": finding(
+        "infinite": Finding(
             False, FACTORS[-1] in virtual, zero=_numbers(zero), factors=_numbers(FACTORS), virtual=_numbers(virtual),
         ),
-        "start": finding(printed == len(SIGNS), mirrored == len(SIGNS), printed=printed, mirrored=mirrored),
-        "theorem-6": finding(radius < 1.0, radius=radius, share=np.exp(-2.0 * radius)),
+        "start": Finding(printed == len(SIGNS), mirrored == len(SIGNS), printed=printed, mirrored=mirrored),
+        "theorem-6": Finding(radius < 1.0, radius=radius, share=np.exp(-2.0 * radius)),
     }  # fmt: skip
 
 
@@ -96,14 +83,14 @@ def _convergence(flights: Recordings) -> dict[str, Finding]:
     window = round(10.0 / own.scenario.control_period)
     fall, leaked = float(1.0 - theta[-1] / theta[-1 - window]), float(-np.expm1(-10.0 * LEAK))
     return {
-        "transformed": finding(all(30.0 <= time <= 50.0 for time in near.values()), near=listed_times(near)),
-        "overshoot": finding(across["M1"] == 0.0, across["M1"] < 1e-3, across=listed(across, "{:.1e}")),
-        "accuracy": finding(*(reached[name] < np.inf for name in ("M1", EVEN)), reached=listed_times(reached)),
-        "origin": finding(off < 1e-5, off_even < 1e-5, rest=rest, middle=middle, even=off_even),
-        "finite-time": finding(
+        "transformed": Finding(all(30.0 <= time <= 50.0 for time in near.values()), near=listed_times(near)),
+        "overshoot": Finding(across["M1"] == 0.0, across["M1"] < 1e-3, across=listed(across, "{:.1e}")),
+        "accuracy": Finding(*(reached[name] < np.inf for name in ("M1", EVEN)), reached=listed_times(reached)),
+        "origin": Finding(off < 1e-5, off_even < 1e-5, rest=rest, middle=middle, even=off_even),
+        "finite-time": Finding(
             *(late[name][1] > 1.5 * late[name][0] for name in ("M1", EVEN)), late=listed(late, "{:.3f} and {:.3f}"),
         ),
-        "theta": finding(
+        "theta": Finding(
             abs(fall) < 0.5 * leaked, abs(fall) < 0.02,
             largest=theta.max(), time=own.time[int(np.argmax(theta))], fall=percent(fall, 2), leaked=percent(leaked, 2),
         ),
@@ -112,16 +99,13 @@ def _convergence(flights: Recordings) -> dict[str, Finding]:
 
 def _comparisons(flights: Recordings) -> dict[str, Finding]:
     schemes, own = flights.chosen(SCHEMES), flights["M1"]
+    plain, without = flights["hold 0.005 s, M1, no filter"], flights["M1, lambda = 0"]
     steady, peak = schemes.measured(Recording.steady), schemes.measured(lambda flight: float(flight.speed().max()))
     calm = schemes.measured(lambda flight: below_from(flight.time, flight.speed(), 0.1))
     turned = schemes.measured(lambda flight: float(flight.path_ratio()[0]))
     best = [min(values, key=values.__getitem__) == "M1" for values in (peak, calm, turned)]
     sampled = Recordings({**schemes, "M1 sampled": flights["hold 0.005 s, M1 sampled"]})
     torques = sampled.measured(lambda flight: (measures.torque_size(flight), flight.chatter()))
-    accuracy = flights.chosen((*SCHEMES, EVEN, "M3 scaled, healthy")).measured(
-        lambda flight: (settled(flight, 1.0), flight.steady())
-    )
-    tolerant = flights.chosen(("M1", "M1, healthy", "M1, -J' w", "M1, 5 N m", "M1, 4 N m")).measured(accurate)
 
     def similar(*names: str) -> bool:
         sizes, variations = zip(*(torques[name] for name in names), strict=True)
@@ -132,35 +116,22 @@ def _comparisons(flights: Recordings) -> dict[str, Finding]:
         sooner = all(flight.settling(1.0) < other.settling(1.0) for other in others)
         return sooner and all(flight.steady() < other.steady() for other in others)
 
-    return {
-        "all-stabilise": finding(
-            *(max(steady["M1"], steady["M2"], steady[name]) < 2.0 for name in ("M3", "M3 scaled")),
-            steady=listed(steady, "{:.2f} deg"),
-        ),
-        "rates": finding(
-            all(best), best[1] and best[2],
-            calm=listed_times(calm), turned=listed(turned, "{:.2f}"), peak=listed(peak, "{:.1f} deg/s"),
-        ),
-        "torques": finding(
-            similar("M1", "M2", "M3"), similar("M1 sampled", "M2", "M3 scaled"),
-            torques=listed(torques, "{:.2f} N m, {:.1f} N m/s"), saturated=percent(own.saturated()),
-        ),
-        "faster": finding(faster(own), faster(flights[EVEN]), accuracy=listed(accuracy, "{}, {:.2f} deg")),
-        "tolerance": finding(bool(np.isfinite(tolerant["M1"])), reached=listed_times(tolerant)),
-    }  # fmt: skip
-
-
-def _parts(flights: Recordings) -> dict[str, Finding]:
-    own, plain, without = flights["M1"], flights["hold 0.005 s, M1, no filter"], flights["M1, lambda = 0"]
-    fuzzy = Recordings({"as printed": own, **flights.chosen(FUZZY, "M1, {}")}).measured(
-        lambda flight: (margin(flight), seconds(accurate(flight)))
-    )
-    filters = Recordings({"filter": own, "no filter": plain}).measured(
-        lambda flight: (margin(flight), settled(flight, 1.0), percent(flight.saturated()))
-    )
     worse = accurate(own) < 0.9 * accurate(without) or (least(own) > 0.0 >= least(without))
     spared = least(own) > 0.0 and not (least(plain) > 0.0 and np.isfinite(plain.settling(1.0)))
     return {
-        "fuzzy": finding(worse, fuzzy=listed(fuzzy, "{}, {}", "; ")),
-        "filter": finding(spared, filters=listed(filters, "{}, {}, {}", "; ")),
-    }
+        "all-stabilise": Finding(
+            *(max(steady["M1"], steady["M2"], steady[name]) < 2.0 for name in ("M3", "M3 scaled"))
+        ),
+        "rates": Finding(
+            all(best), best[1] and best[2],
+            calm=listed_times(calm), turned=listed(turned, "{:.2f}"), peak=listed(peak, "{:.1f} deg/s"),
+        ),
+        "torques": Finding(
+            similar("M1", "M2", "M3"), similar("M1 sampled", "M2", "M3 scaled"),
+            torques=listed(torques, "{:.2f} N m, {:.1f} N m/s"),
+        ),
+        "faster": Finding(faster(own), faster(flights[EVEN])),
+        "tolerance": Finding(bool(np.isfinite(accurate(own)))),
+        "fuzzy": Finding(worse),
+        "filter": Finding(spared),
+    }  # fmt: skip

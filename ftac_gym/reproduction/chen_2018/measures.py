@@ -47,8 +47,7 @@ def outside(recording: Recording) -> str:
 def transformed(recording: Recording) -> FloatArray:
     """Return |epsilon| (T + 1,); outside the bounds it continues along its tangent, as in M1."""
     error = ErrorTransformation(bound_of(recording), 1e-5)(recording.attitude[:, 0], recording.time).error
-    size: FloatArray = np.linalg.norm(error, axis=1)
-    return size
+    return np.asarray(np.linalg.norm(error, axis=1))
 
 
 def accurate(recording: Recording) -> float:
@@ -76,8 +75,7 @@ def torque_size(recording: Recording) -> float:
 
 def weight_bound(recording: Recording) -> FloatArray:
     """Return theta (T + 1,) of a flight whose plan records it."""
-    theta: FloatArray = recording.memory["weight_bound"][:, 0, 0]
-    return theta
+    return np.asarray(recording.memory["weight_bound"][:, 0, 0])
 
 
 def theorem_radius() -> float:

@@ -1,51 +1,37 @@
-"""Verdicts, studies and figures for Chen, Chen, He and Sun 2018."""
+"""Studies and figures for Chen, Chen, He and Sun 2018."""
 
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from ftac_gym.evaluation.tables import Cells
 from ftac_gym.reproduction import paper_figures as figures
-from ftac_gym.reproduction.chen_2018.claims import claims
+from ftac_gym.reproduction.chen_2018 import plans
 from ftac_gym.reproduction.chen_2018.measures import accurate, least, margin, outside, transformed, weight_bound
-from ftac_gym.reproduction.chen_2018.plans import (
-    ANGLES,
-    COMPARATORS,
-    DECAYS,
-    FACTORS,
-    FILTER_STARTS,
-    HELD,
-    LIMITS,
-    PERIODS,
-    SCHEMES,
-    SIGNS,
-    STEPS,
-    WAYS,
-    bound,
-)
-from ftac_gym.reproduction.recorder import Recording, Recordings
-from ftac_gym.reproduction.verdicts import Reproduction
-from ftac_gym.reproduction.wording import grid, named, percent, seconds, settled, table
+from ftac_gym.reproduction.chen_2018.plans import SCHEMES, bound
+from ftac_gym.reproduction.recorder import Recordings
+from ftac_gym.reproduction.wording import each, grid, milliseconds, named, percent, seconds, settled, table
 
 
 def studies(flights: Recordings) -> dict[str, Cells]:
     """Return the tables that settle the claims."""
-    names = {sign: sign for sign in SIGNS}
     return {
         "All schemes": _schemes(flights),
         "M1 with less torque and with bounds that ask for more": _breaches(flights),
         "Factors at the start: least margin in 5 s": grid(
-            "delta(0)", named(FACTORS, "{:g}"), FILTER_STARTS,
+            "delta(0)", named(plans.FACTORS, "{:g}"), plans.FILTER_STARTS,
             lambda factor, where: margin(flights[f"delta(0) = {factor:g}, {where}"])),
         "Signs of the start, in units of the example's: least margin in 6 s": grid(
-            "signs", names, {"bounds as printed": "", "bounds mirrored to the start": ", mirrored"},
+            "signs", named(plans.SIGNS), {"bounds as printed": "", "bounds mirrored to the start": ", mirrored"},
             lambda signs, kind: margin(flights[f"start {signs}{kind}"])),
         "Step of M1: integral of the squared torques until a time [N^2 m^2 s]": _steps(flights),
         "Sampling: least margin, 1 deg after (60 s flown; 6 s at 1 and 2 ms, -), share of time at the limit": grid(
-            "period [ms]", {f"{1000 * period:g}": period for period in PERIODS}, named(HELD),
+            "period [ms]", milliseconds(plans.PERIODS), named(plans.HELD),
             lambda period, name: _held(flights, period, name)),
         "Unwinding (8 axes, healthy; short from q, long from -q): median angle turned over the shortest": grid(
-            "law and start", named(f"{name}, {way}" for name in COMPARATORS for way in WAYS), named(ANGLES, "{:g} deg"),
+            "law and start", named(f"{name}, {way}" for name in plans.COMPARATORS for way in plans.WAYS),
+            named(plans.ANGLES, "{:g} deg"),
             lambda kind, angle: f"{np.median(flights[f'turn {angle:g} deg, {kind}'].path_ratio()):.2f}"),
     }  # fmt: skip
 
@@ -66,8 +52,8 @@ def _schemes(flights: Recordings) -> Cells:
 
 
 def _breaches(flights: Recordings) -> Cells:
-    limits = [f"M1, {limit:g} N m" for limit in LIMITS]
-    decays = [f"M1, kappa = {decay:g}" for decay in DECAYS]
+    limits = [f"M1, {limit:g} N m" for limit in plans.LIMITS]
+    decays = [f"M1, kappa = {decay:g}" for decay in plans.DECAYS]
     return table("flight", flights.chosen(("M1", *limits, *decays, "M1, wide bounds", "M1, wide bounds, 4 N m")), {
         "least margin": margin,
         "outside": outside,
@@ -77,12 +63,11 @@ def _breaches(flights: Recordings) -> Cells:
 
 
 def _steps(flights: Recordings) -> Cells:
-    def cells(flight: Recording) -> list[str]:
-        return [*(f"{flight.energy(end):.0f}" for end in ends), margin(flight)]
-
-    ends = (2.0, 4.0, 6.0, 8.0, 10.0)
-    rows = [[f"{1000 * step:g}", *cells(flights[f"step {step:g} s"])] for step in STEPS]
-    return [["step [ms]", *named(ends, "{:g} s"), "least margin"], *rows]
+    steps = {name: flights[f"step {step:g} s"] for name, step in milliseconds(plans.STEPS).items()}
+    return table("step [ms]", steps, {
+        **each((2.0, 4.0, 6.0, 8.0, 10.0), "{:g} s", lambda flight, end: f"{flight.energy(end):.0f}"),
+        "least margin": margin,
+    })  # fmt: skip
 
 
 def _held(flights: Recordings, period: float, name: str) -> str:
@@ -95,31 +80,18 @@ def _held(flights: Recordings, period: float, name: str) -> str:
     return f"{least(flight):+.2g}, {arrival}, {percent(flight.saturated())}"
 
 
-def evaluate(flights: Recordings) -> Reproduction:
-    """Judge the claims and draw the figures."""
-    compared, own, sampled = flights.chosen(SCHEMES), flights["M1"], flights["hold 0.005 s, M1 sampled"]
-    sizes = {
-        **flights.chosen(("M1", "M1, lower = upper = 1")),
-        "M1 sampled": sampled,
-        "M1, 7 N m": flights["M1, 7 N m"],
-    }
-    drawn = {
+def draw(flights: Recordings) -> dict[str, Figure]:
+    """Draw the figures, by file name without ending."""
+    compared = flights.chosen(SCHEMES)
+    sampled = flights.chosen(("M1 sampled", "prescribed performance"), "hold 0.005 s, {}")
+    bands = {**compared, "M1 sampled": sampled["M1 sampled"]}
+    sizes = Recordings({**flights, **bands}).chosen(("M1", "M1, lower = upper = 1", "M1 sampled", "M1, 7 N m"))
+    return {
         "attitude": figures.attitude(compared),
         "bounds": figures.bounded(compared, bound()),
         "rates": figures.rates(compared),
-        "torque": figures.torque_bands({**compared, "M1 sampled": sampled}),
-        "transformed": figures.histories(
-            {name: (flight.time, transformed(flight)) for name, flight in sizes.items()},
-            "size of the transformed error [-]",
-            logarithmic=True,
-        ),
-        "theta": figures.histories({"M1": (own.time, weight_bound(own))}, "theta [-]"),
-        "schemes": figures.errors(
-            {
-                **compared,
-                "M1 sampled": sampled,
-                "prescribed performance": flights["hold 0.005 s, prescribed performance"],
-            }
-        ),
+        "torque": figures.torque_bands(bands),
+        "transformed": figures.histories(sizes, transformed, "size of the transformed error [-]", logarithmic=True),
+        "theta": figures.histories(flights.chosen(["M1"]), weight_bound, "theta [-]"),
+        "schemes": figures.errors({**compared, **sampled}),
     }
-    return Reproduction(claims(flights), studies(flights), drawn)

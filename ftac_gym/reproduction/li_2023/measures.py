@@ -30,14 +30,12 @@ def during(recording: Recording, window: tuple[float, float]) -> npt.NDArray[np.
     Flights that are shorter by plan are not to be measured in windows.
     """
     scale = min(1.0, recording.time[-1] / LENGTH)
-    inside: npt.NDArray[np.bool_] = (recording.time >= window[0] * scale) & (recording.time <= window[1] * scale)
-    return inside
+    return np.asarray((recording.time >= window[0] * scale) & (recording.time <= window[1] * scale))
 
 
 def pointing(recording: Recording) -> FloatArray:
     """Return |q_ev| (T + 1,) of the first spacecraft."""
-    size: FloatArray = np.sin(0.5 * np.radians(recording.error[:, 0]))
-    return size
+    return np.asarray(np.sin(0.5 * np.radians(recording.error[:, 0])))
 
 
 def largest(recording: Recording, window: tuple[float, float]) -> float:
@@ -76,8 +74,7 @@ def fault_error(recording: Recording, window: tuple[float, float]) -> FloatArray
     """Return the root mean square of f^ - f in a window, (3,) [N m]."""
     assert recording.disturbance is not None
     error = (recording.disturbance[:, 0] - fault_torque(recording))[during(recording, window)[:-1]]
-    channels: FloatArray = np.sqrt((error**2).mean(axis=0))
-    return channels
+    return np.asarray(np.sqrt((error**2).mean(axis=0)))
 
 
 def fault_error_norm(recording: Recording, window: tuple[float, float]) -> float:

@@ -9,20 +9,15 @@ import numpy as np
 
 from ftac_gym import scenarios
 from ftac_gym.attitude import cross, quaternion_derivative, quaternion_error
-from ftac_gym.baselines.components.takagi_sugeno import (
-    GaussianSets,
-    Membership,
-    NearestRule,
-    TakagiSugenoModel,
-    TriangularSets,
-)
+from ftac_gym.baselines.components import takagi_sugeno
+from ftac_gym.baselines.components.takagi_sugeno import Membership, TakagiSugenoModel
 from ftac_gym.task.vibration import hub_torque
 from ftac_gym.utils.parameters import FloatArray
 
 MEMBERSHIPS: dict[str, Membership] = {
-    "triangular sets": TriangularSets(),
-    "Gaussian sets of width 0.6 rad/s": GaussianSets(width=0.6),
-    "nearest rule": NearestRule(),
+    "triangular sets": takagi_sugeno.TriangularSets(),
+    "Gaussian sets of width 0.6 rad/s": takagi_sugeno.GaussianSets(width=0.6),
+    "nearest rule": takagi_sugeno.NearestRule(),
 }
 """Sets of the fuzzy model, which the paper draws but does not print; the last one stands for models with few rules."""
 

@@ -1,1 +1,5 @@
-"""Reproduction of Ma et al. 2023."""
+"""Reproduction of Ma, Wang and Wang 2023."""
+
+from ftac_gym.reproduction.ma_2023 import claims, plans, report
+
+__all__ = ["claims", "plans", "report"]

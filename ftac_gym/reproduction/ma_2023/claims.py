@@ -10,7 +10,7 @@ from ftac_gym.reproduction.ma_2023 import measures
 from ftac_gym.reproduction.ma_2023.measures import arrival, arrived, small
 from ftac_gym.reproduction.ma_2023.plans import ANGLES, HYSTERESES, SIGNS, SMOOTHINGS
 from ftac_gym.reproduction.recorder import Recording, Recordings
-from ftac_gym.reproduction.verdicts import Claim, Finding, finding, written
+from ftac_gym.reproduction.verdicts import Finding, Measure
 from ftac_gym.reproduction.wording import listed, percent
 
 LIMIT = 10.0
@@ -29,14 +29,25 @@ EARLY = 10.0
 """A time before the printed gains of section 5.2 chatter, sampled at 1 ms, for a second comparison of energies [s]."""
 
 
-def claims(flights: Recordings) -> list[Claim]:
-    """Return the claims of the abstract, of sections 3 to 5 and of the conclusion."""
-    findings = {**_bounds(flights), **_compensation(flights), **_convergence(flights), **_unwinding(flights)}
-    return written("ma_2023", {**findings, **_energy(flights), **_output_feedback(flights)})
-
-
 def _accuracy(flight: Recording) -> str:
     return f"5 deg {arrived(flight, 5.0)}, 1 deg {arrived(flight, 1.0)}, steady {flight.steady():.2f} deg"
+
+
+MEASURES: dict[str, Measure] = {
+    "accuracy": _accuracy,
+    "arrived": partial(arrived, angle=1.0),
+    "calm": lambda flight: small(flight.steady()),
+    "early": partial(Recording.energy, until=EARLY),
+    "left": lambda flight: flight.error[-1, 0],
+    "small": lambda flight: small(flight.error[-1, 0]),
+}
+"""Measures for the texts."""
+
+
+def findings(flights: Recordings) -> dict[str, Finding]:
+    """Return the findings for the claims of the abstract, of sections 3 to 5 and of the conclusion."""
+    topics = (_bounds, _compensation, _convergence, _unwinding, _energy, _output_feedback)
+    return {name: found for topic in topics for name, found in topic(flights).items()}
 
 
 def _bounds(flights: Recordings) -> dict[str, Finding]:
@@ -47,76 +58,55 @@ def _bounds(flights: Recordings) -> dict[str, Finding]:
     both = {name: (free[name], found[name]) for name in limited}
     shares = {name: (free[name], 100 * flight.saturated()) for name, flight in limited.items()}
     return {
-        "bound": finding(
+        "bound": Finding(
             round(narrow, 1) <= PROMISED and max(both["printed"]) <= PROMISED, max(both[USABLE]) <= wide,
             narrow=narrow, wide=wide, largest=listed(both, "{:.1f} and {:.1f} N m"),
         ),
-        "limit": finding(
+        "limit": Finding(
             *(max(both[name]) <= LIMIT for name in ("printed", USABLE)), shares=listed(shares, "{:.1f} N m, {:.2g} %"),
         ),
     }  # fmt: skip
 
 
 def _compensation(flights: Recordings) -> dict[str, Finding]:
-    names = ("printed", "g0 = 0.6", "without u2", USABLE, "|u1_i|, g0 = 0.2", "along S", "sign", "printed, long")
-    schemes = flights.chosen(names, "5.1, {}")
-    text = schemes.measured(_accuracy)
-    printed, bare, usable, sign, long = (schemes[name] for name in ("printed", "without u2", USABLE, "sign", names[-1]))
-    whole = {name: flights[f"5.1, {name}, no fault"] for name in ("printed", "without u2", USABLE)}
-    fine, coarse = flights["fine: printed, no fault"], flights["hold: printed, 0.02 s"]
-    chatter = {name: flight.chatter() for name, flight in (("printed", printed), ("whole", whole["printed"]))}
+    printed, bare, usable = (flights[f"5.1, {name}"] for name in ("printed", "without u2", USABLE))
+    chatter = flights.measured(Recording.chatter)
+    little = 0.01 * chatter["5.1, sign"]
     (speed, within), covered = measures.creeping(printed), measures.compensating(printed, 0.8)
-    paired = {name: (_accuracy(whole[name]), text[name]) for name in ("printed", USABLE)}
     return {
-        "with-u2": finding(
-            *(arrival(flight, 5.0) <= 20.0 for flight in (printed, usable)), text=text, end=long.time[-1],
-            left=long.error[-1, 0], speed=speed,
+        "with-u2": Finding(
+            *(arrival(flight, 5.0) <= 20.0 for flight in (printed, usable)),
+            end=flights["5.1, printed, long"].time[-1], speed=speed,
         ),
-        "without-u2": finding(*(arrival(bare, 5.0) > arrival(flight, 5.0) for flight in (printed, usable)), text=text),
-        "tolerance": finding(
-            *(flight.steady() < 1.0 for flight in (printed, usable)), paired=listed(paired, "{} and {}", "; ", ": "),
-            whole=_accuracy(whole["without u2"]), bare=text["without u2"],
-            calm=flights["5.1, without u2, no disturbance"].steady(),
+        "without-u2": Finding(*(arrival(bare, 5.0) > arrival(flight, 5.0) for flight in (printed, usable))),
+        "tolerance": Finding(*(flight.steady() < 1.0 for flight in (printed, usable))),
+        "saturation": Finding(
+            max(chatter["5.1, printed"], chatter["5.1, printed, no fault"]) < little,
+            chatter["fine: printed, no fault"] < little,
         ),
-        "saturation": finding(
-            max(chatter.values()) < 0.01 * sign.chatter(), fine.chatter() < 0.01 * sign.chatter(), **chatter,
-            sign=sign.chatter(), limited=percent(sign.saturated()), fine=fine.chatter(), coarse=coarse.chatter(),
-        ),
-        "inequality": finding(
-            covered > 0.99, covered=percent(covered, 1), within=percent(within, 1), sign=text["sign"],
-        ),
+        "inequality": Finding(covered > 0.99, covered=percent(covered, 1), within=percent(within, 1)),
     }  # fmt: skip
 
 
 def _convergence(flights: Recordings) -> dict[str, Finding]:
-    printed, gentle = flights["starts, printed"], flights["starts, gains of 5.1"]
-    left, left_gentle = measures.left_off(printed), measures.left_off(gentle)
+    starts, gentle_starts = flights["starts, printed"], flights["starts, gains of 5.1"]
+    off, gentle_off = measures.left_off(starts), measures.left_off(gentle_starts)
     moving, bare = flights["5.2, printed, no disturbance"], flights["5.2, gains of 5.1, no disturbance"]
-    faulty = flights.chosen(("printed", "without u2", USABLE, "floor"), "5.1, {}").measured(Recording.steady)
-    calm = flights.chosen(faulty, "5.1, {}, no disturbance").measured(Recording.steady)
-    paced = flights.chosen(("4", "0.75", "0.25"), "disturbance {} times as fast").measured(Recording.steady)
-    smooth = flights.chosen([f"delta = {value}" for value in SMOOTHINGS])
-    slow = list(smooth.measured(partial(arrival, angle=1.0)).values())
+    steady = flights.chosen(("printed", "without u2", USABLE, "floor"), "5.1, {}").measured(Recording.steady)
+    calm = flights.chosen(steady, "5.1, {}, no disturbance").measured(Recording.steady)
+    slow = [arrival(flights[f"delta = {value}"], 1.0) for value in SMOOTHINGS]
     return {
-        "theorem-1": finding(
-            not left.any() and bool(moving.error[-1, 0] < 0.1), not left_gentle.any() and bool(bare.error[-1, 0] < 0.1),
-            moving=moving.error[-1, 0], end=moving.time[-1], bare=small(bare.error[-1, 0]), starts=len(left),
-            count=left.sum(), worst=printed.error[-1].max(), count_gentle=left_gentle.sum(),
-            worst_gentle=small(gentle.error[-1].max()),
+        "theorem-1": Finding(
+            not off.any() and bool(moving.error[-1, 0] < 0.1), not gentle_off.any() and bool(bare.error[-1, 0] < 0.1),
+            end=moving.time[-1], starts=len(off), count=off.sum(), worst=starts.error[-1].max(),
+            count_gentle=gentle_off.sum(), worst_gentle=small(gentle_starts.error[-1].max()),
         ),
-        "asymptotic": finding(
-            faulty["printed"] < 1e-2, max(faulty[USABLE], faulty["floor"]) < 1e-2,
-            errors=listed({name: (faulty[name], calm[name]) for name in faulty}, "{:.3f} and {:.3f} deg"),
-            whole=flights["5.1, without u2, no fault"].steady(), bare=small(bare.steady()),
+        "asymptotic": Finding(
+            steady["printed"] < 1e-2, max(steady[USABLE], steady["floor"]) < 1e-2,
+            errors=listed({name: (steady[name], calm[name]) for name in steady}, "{:.3f} and {:.3f} deg"),
         ),
-        "robust": finding(
-            faulty["printed"] < 1.0, faulty[USABLE] < 1.0, usable_error=faulty[USABLE], floor=faulty["floor"],
-            bare=faulty["without u2"], paced="{:.2f}, {:.2f} and {:.2f}".format(*paced.values()),
-        ),
-        "delta": finding(
-            slow[0] < slow[1] < slow[2], times=listed(smooth.measured(partial(arrived, angle=1.0))),
-            energies=", ".join(f"{flight.energy():.0f}" for flight in smooth.values()),
-        ),
+        "robust": Finding(*(steady[name] < 1.0 for name in ("printed", USABLE))),
+        "delta": Finding(slow[0] < slow[1] < slow[2]),
     }  # fmt: skip
 
 
@@ -135,18 +125,15 @@ def _path(flights: Recordings, name: str, angle: int) -> float:
 def _unwinding(flights: Recordings) -> dict[str, Finding]:
     chosen = flights.chosen(("printed", "printed, h = 1", "gains of 5.1", "AFNTSMC"), "5.2, {}")
     ends = chosen.measured(lambda flight: float(measures.signed_error(flight)[-1, 0, 0]))
-    left = chosen.measured(lambda flight: flight.error[-1, 0])
     names = ("HSFC", "HSFC, h = 1", "AFNTSMC", "AFNTSMC, eta = 0.1", "SHOPD+")
     ways = {name: long_ways(flights, name) for name in names}
     base = flights[f"eta = {ETA}"]
     apart = [float(np.abs(flights[f"eta = {eta}"].error - base.error).max()) for eta in HYSTERESES]
     usual, wide = (tuple(_path(flights, name, angle) for angle in (140, 165)) for name in ("HSFC", "HSFC, eta = 0.5"))
     return {
-        "way-round": finding(
-            ends["printed"] < -0.99 and ends["AFNTSMC"] > 0.99, ends=listed(ends, "{:.4f}"), left=left,
-        ),
-        "unwinding": finding(ways["HSFC"][0] == 0, ways=listed(ways, "{} of {}")),
-        "hysteresis": finding(
+        "way-round": Finding(ends["printed"] < -0.99 and ends["AFNTSMC"] > 0.99, ends=listed(ends, "{:.4f}")),
+        "unwinding": Finding(ways["HSFC"][0] == 0, ways=listed(ways, "{} of {}")),
+        "hysteresis": Finding(
             min(wide) > max(1.0, min(usual)) and max(apart[:-1]) < 1e-6, below=small(max(apart[:-1])), apart=apart[-1],
             paths=listed({"eta = 0.1": usual, "eta = 0.5": wide}, "{:.2f} and {:.2f}", "; "),
         ),
@@ -155,57 +142,39 @@ def _unwinding(flights: Recordings) -> dict[str, Finding]:
 
 def _energy(flights: Recordings) -> dict[str, Finding]:
     names = ("printed", "gains of 5.1", "floor", "AFNTSMC", "AFNTSMC, other sign", "AFNTSMC, unlimited")
-    energies = flights.chosen(names, "5.2, {}").measured(lambda flight: (flight.energy(), flight.energy(EARLY)))
-    printed, gentle, rival, short = (energies[name] for name in (*names[:2], "AFNTSMC", "AFNTSMC, other sign"))
-    long = flights["5.2, gains of 5.1, h = 1"].energy()
+    chosen = flights.chosen((*names, "gains of 5.1, h = 1"), "5.2, {}")
+    energy, early = chosen.measured(Recording.energy), chosen.measured(MEASURES["early"])
+    usable = energy["gains of 5.1"] < energy["AFNTSMC"] and early["printed"] < early["AFNTSMC"]
+    longer = energy["AFNTSMC"] > energy["AFNTSMC, other sign"], energy["gains of 5.1, h = 1"] > energy["gains of 5.1"]
+    energies = {name: (energy[name], early[name]) for name in names}
     return {
-        "energy": finding(
-            printed[0] < rival[0], gentle[0] < rival[0] and printed[1] < rival[1],
-            energies=listed(energies, "{:.0f} ({:.0f} by 10 s)"), fine=flights["step: 0.0005 s"].energy(EARLY),
+        "energy": Finding(
+            energy["printed"] < energy["AFNTSMC"], usable, energies=listed(energies, "{:.0f} ({:.0f} by 10 s)"),
         ),
-        "long-way": finding(
-            rival[0] > short[0] and long > gentle[0], rival=rival[0], rival_short=short[0], long=long, short=gentle[0],
-        ),
+        "long-way": Finding(all(longer)),
     }  # fmt: skip
 
 
 def _output_feedback(flights: Recordings) -> dict[str, Finding]:
-    rival, names = "SHOPD+", ("printed", "gains of 5.1", "SHOPD+", "SHOPD+, q_c = 0")
-    healthy = flights.chosen(names, "5.2, {}")
-    faulty = flights.chosen(("printed", "without u2", USABLE, *names[2:]), "5.1, {}")
-    calm = flights.chosen(names[:3], "5.2, {}, no disturbance").measured(Recording.steady)
+    """Judge the claims about SHOPD+, for the printed law and for the usable ones, healthy and with faults."""
+    rivals = ("SHOPD+", "SHOPD+, q_c = 0")
+    healthy = flights.chosen(("printed", "gains of 5.1", *rivals), "5.2, {}")
+    faulty = flights.chosen(("printed", "without u2", USABLE, *rivals), "5.1, {}")
+    both = ((healthy, ("printed", "gains of 5.1")), (faulty, ("printed", USABLE)))
+    costs, times = [], []
+    sooner, less = [True, True], [True, True]
+    for group, ours in both:
+        soon = group.measured(partial(arrival, angle=5.0))
+        cost = group.measured(lambda flight: (flight.peak(), flight.energy(EARLY), flight.energy()))
+        for index, name in enumerate(ours):
+            sooner[index] &= soon[name] < soon["SHOPD+"]
+            less[index] &= all(own < other for own, other in zip(cost[name], cost["SHOPD+"], strict=True))
+        costs.append(listed(cost, "{:.1f} N m, {:.0f} and {:.0f}"))
+        times.append(listed(group.measured(lambda flight: (arrived(flight, 1.0), arrived(flight, 5.0))), "{}, {}"))
     steady = healthy.measured(Recording.steady)
-    tracked = {name: (f"{steady[name]:.2f} deg", small(calm[name]), f"{healthy[name].peak():.1f} N m") for name in calm}
-    costs, costs_faulty = (
-        group.measured(lambda flight: (flight.peak(), flight.energy(EARLY), flight.energy()))
-        for group in (healthy, faulty)
-    )
-    times, times_faulty = (
-        group.measured(lambda flight: (arrived(flight, 1.0), arrived(flight, 5.0))) for group in (healthy, faulty)
-    )
-    soon, soon_faulty = (group.measured(partial(arrival, angle=5.0)) for group in (healthy, faulty))
-
-    def less(name: str, name_faulty: str) -> bool:
-        """Whether torque and energies are all smaller than those of SHOPD+, healthy and with faults."""
-        pairs = [*zip(costs[name], costs[rival], strict=True)]
-        pairs += zip(costs_faulty[name_faulty], costs_faulty[rival], strict=True)
-        return all(ours < theirs for ours, theirs in pairs)
-
-    def sooner(name: str, name_faulty: str) -> bool:
-        return soon[name] < soon[rival] and soon_faulty[name_faulty] < soon_faulty[rival]
-
+    calm = flights.chosen(("gains of 5.1", "SHOPD+"), "5.2, {}, no disturbance").measured(Recording.steady)
     return {
-        "tracking": finding(
-            max(steady["printed"], steady[rival]) < 1.0, max(calm["gains of 5.1"], calm[rival]) < 1.0,
-            tracked=listed(tracked, "{}, {}, {}"),
-        ),
-        "transient": finding(
-            sooner("printed", "printed"), sooner("gains of 5.1", USABLE),
-            healthy=listed(times, "{}, {}"), faulty=listed(times_faulty, "{}, {}"),
-        ),
-        "torque": finding(
-            less("printed", "printed"), less("gains of 5.1", USABLE), end=healthy[rival].time[-1],
-            healthy=listed(costs, "{:.1f} N m, {:.0f} and {:.0f}"),
-            faulty=listed(costs_faulty, "{:.1f} N m, {:.0f} and {:.0f}"),
-        ),
-    }  # fmt: skip
+        "tracking": Finding(max(steady["printed"], steady["SHOPD+"]) < 1.0, max(calm.values()) < 1.0),
+        "transient": Finding(*sooner, healthy=times[0], faulty=times[1]),
+        "torque": Finding(*less, end=healthy["SHOPD+"].time[-1], healthy=costs[0], faulty=costs[1]),
+    }

@@ -40,22 +40,19 @@ def signed_error(recording: Recording) -> FloatArray:
     start = recording.scenario.initial_state.attitude
     # A random start is drawn with a positive scalar.
     first = (-1.0 if recording.plan.flipped else 1.0) * (1.0 if start is None else np.copysign(1.0, start[0]))
-    signed: FloatArray = error * (first * np.where(error[:1, :, :1] < 0.0, -1.0, 1.0))
-    return signed
+    return np.asarray(error * (first * np.where(error[:1, :, :1] < 0.0, -1.0, 1.0)))
 
 
 def rate_error(recording: Recording) -> FloatArray:
     """Return w_e (T + 1, N, 3) [rad/s]."""
     turning = reference_motion(recording.scenario.draw(0, 1), recording.time).rate
-    error: FloatArray = recording.rate - rotate_to_body(signed_error(recording), turning[:, None, :])
-    return error
+    return np.asarray(recording.rate - rotate_to_body(signed_error(recording), turning[:, None, :]))
 
 
 def went_round(recording: Recording) -> npt.NDArray[np.bool_]:
     """Return the spacecraft whose e_4 ends with the other sign than it starts with, (N,): they turn the long way."""
     scalar = signed_error(recording)[..., 0]
-    other: npt.NDArray[np.bool_] = scalar[0] * scalar[-1] < 0.0
-    return other
+    return np.asarray(scalar[0] * scalar[-1] < 0.0)
 
 
 def first_torque(recording: Recording) -> FloatArray:
@@ -158,8 +155,7 @@ def creeping(recording: Recording) -> tuple[float, float]:
 
 def left_off(recording: Recording) -> npt.NDArray[np.bool_]:
     """Return the spacecraft with an error above 0.1 deg at the end, (N,)."""
-    off: npt.NDArray[np.bool_] = recording.error[-1] > 0.1
-    return off
+    return np.asarray(recording.error[-1] > 0.1)
 
 
 def resonance(recording: Recording, smoothing: float = 0.05) -> tuple[float, float]:
@@ -169,17 +165,17 @@ def resonance(recording: Recording, smoothing: float = 0.05) -> tuple[float, flo
     return float(np.sqrt(stiffness / inertia.max())), float(np.sqrt(stiffness / inertia.min()))
 
 
-def margins(recording: Recording, gamma: FloatArray, adaptation: float, smoothing: float) -> FloatArray:
-    """Return g^2 - 2 alpha k |e_v|^2 / delta where S first comes within the layer, (N,); nan if it does not.
+def margins(recording: Recording, until: float) -> FloatArray:
+    """Return g^2 - 2 alpha k |e_v|^2 / delta where S first comes within the layer, (N,); nan if not before a time [s].
 
     There e_v' = -g^2 e_v / 2 and (g^2)' = -2 alpha k |e_v|^2 g^2 / delta, near the target. The difference is constant
     and equals the final g^2.
     """
+    gamma, gains = recording.memory["gamma"][recording.time < until, :, 0], recording.plan.gains
     axis = signed_error(recording)[: len(gamma), :, 1:]
     variable = recording.rate[: len(gamma)] + gamma[..., None] ** 2 * axis
-    within = (np.abs(variable) <= gamma[..., None] ** 2 * smoothing).all(axis=2)
+    within = (np.abs(variable) <= gamma[..., None] ** 2 * gains["smoothing"]).all(axis=2)
     first = within.argmax(axis=0), np.arange(gamma.shape[1])
     square = np.einsum("tni,tni->tn", axis, axis)
-    left = gamma[first] ** 2 - 2.0 * adaptation * GAIN * square[first] / smoothing
-    reached: FloatArray = np.where(within.any(axis=0), left, np.nan)
-    return reached
+    left = gamma[first] ** 2 - 2.0 * gains["adaptation"] * GAIN * square[first] / gains["smoothing"]
+    return np.asarray(np.where(within.any(axis=0), left, np.nan))

@@ -130,8 +130,6 @@ def _at_rest(paper: Scenario) -> dict[str, Plan]:
     for (name, tuned), angle, (sign, flipped) in product(WAYS.items(), ANGLES, SIGNS.items()):
         turn = sampled(calm, 0.05, 40.0).replace(initial_state=InitialState(angle=math.radians(angle)))
         found[f"way: {name}, {angle} deg, {sign}"] = Plan(turn, *tuned, seed=1, num_spacecraft=12, flipped=flipped)
-    for name in ("printed", "gains of 5.1"):
-        found[f"rest, {name}"] = Plan(calm, *HEALTHY[name])
     starts = calm.replace(initial_state=InitialState(angle=(math.radians(5.0), math.radians(175.0))))
     # The printed gains become stiff where g goes to zero; those of 5.1 are slow.
     for name, period, duration in (("printed", 0.002, 40.0), ("gains of 5.1", 0.05, 120.0)):

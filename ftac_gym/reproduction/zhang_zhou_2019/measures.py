@@ -31,7 +31,7 @@ def estimated(recording: Recording) -> str:
 
 
 def estimates_hold(recording: Recording) -> bool:
-    """Whether e1^ is within 0.05 and b2^ within a fifth of its visible part in the last 10 s."""
+    """Test for e1^ within 0.05 and b2^ within a fifth of its visible part in the last 10 s."""
     share, bias = late_estimates(recording)
     visible = visible_bias(recording)
     return bool(np.abs(share - EFFECTIVENESS).max() < 0.05 and np.abs(bias - visible).max() < 0.2 * visible)
@@ -44,10 +44,10 @@ def rate_mismatch(recording: Recording) -> float:
 
 
 def earlier(first: Recording, second: Recording) -> bool:
-    """Whether the first settles at least 5 % earlier than the second."""
+    """Test for the first to settle at least 5 % earlier than the second."""
     return first.settling(0.1) < 0.95 * second.settling(0.1)
 
 
 def more_precise(first: Recording, second: Recording) -> bool:
-    """Whether the first settles earlier than the second, and to a smaller error."""
+    """Test for the first to settle earlier than the second, and to a smaller error."""
     return first.settling(0.1) < second.settling(0.1) and first.steady() < second.steady()

@@ -1,20 +1,17 @@
-"""Verdicts, studies and figures for Zhang and Zhou 2019."""
+"""Studies and figures for Zhang and Zhou 2019."""
 
 from __future__ import annotations
 
-from itertools import product
-
 import numpy as np
+from matplotlib.figure import Figure
 
 from ftac_gym import scenarios
 from ftac_gym.evaluation.tables import Cells
 from ftac_gym.reproduction import paper_figures as figures
 from ftac_gym.reproduction.inverse_dynamics import peak_wheel_torque
 from ftac_gym.reproduction.recorder import Recordings
-from ftac_gym.reproduction.verdicts import Reproduction
-from ftac_gym.reproduction.wording import percent, seconds, settled, table
-from ftac_gym.reproduction.zhang_zhou_2019.claims import claims
-from ftac_gym.reproduction.zhang_zhou_2019.plans import LAYERS, PERIODS
+from ftac_gym.reproduction.wording import grid, milliseconds, percent, seconds, settled, table
+from ftac_gym.reproduction.zhang_zhou_2019.plans import LAYERS, PERIODS, SAMPLED
 
 
 def studies(flights: Recordings) -> dict[str, Cells]:
@@ -40,15 +37,12 @@ def _schemes(flights: Recordings) -> Cells:
 
 
 def _sampling(flights: Recordings) -> Cells:
-    def cell(name: str, period: float, layer: float) -> str:
-        flight = flights.get(f"{name}, {period} s, layer {layer}")
+    def cell(kind: tuple[str, float], layer: float) -> str:
+        flight = flights.get(f"{kind[0]}, {kind[1]} s, layer {layer}")
         return f"{settled(flight, 1.0)}, {flight.steady():.4f} deg" if flight else "-"
 
-    rows = [
-        [name, f"{1000 * period:g}", *(cell(name, period, layer) for layer in LAYERS)]
-        for name, period in product(("stabilisation", "tracking"), PERIODS)
-    ]
-    return [["law", "period [ms]", *(f"layer {layer}" if layer else "sign" for layer in LAYERS)], *rows]
+    rows = {(name, label): (name, period) for name in SAMPLED for label, period in milliseconds(PERIODS).items()}
+    return grid(("law", "period [ms]"), rows, {f"layer {layer}" if layer else "sign": layer for layer in LAYERS}, cell)
 
 
 def _auxiliary(flights: Recordings) -> Cells:
@@ -84,10 +78,10 @@ def _starts(flights: Recordings) -> Cells:
     ]
 
 
-def evaluate(flights: Recordings) -> Reproduction:
-    """Judge the claims and draw the figures."""
+def draw(flights: Recordings) -> dict[str, Figure]:
+    """Draw the figures, by file name without ending."""
     scaled = "Shen-class, scaled"
-    drawn = {
+    return {
         "attitude": figures.attitude(flights.chosen(("as printed, 5 N m", "tracking", "Shen-class", scaled))),
         "torque": figures.torque(flights.chosen(("printed, 2 N m", "tracking", scaled))),
         "estimates": figures.estimates(flights.chosen(("as printed, 5 N m", "printed, 5 N m", "tracking"))),
@@ -95,4 +89,3 @@ def evaluate(flights: Recordings) -> Reproduction:
             flights.chosen(("tracking", "tracking, sign", "tracking, no observer", "tracking, oracle", scaled))
         ),
     }
-    return Reproduction(claims(flights), studies(flights), drawn)
