@@ -12,7 +12,6 @@ from ftac_gym.faults.live import add_fault, clear_faults
 from ftac_gym.policies import PolicyRunner, resolve
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import require
 
 
 class LiveEpisode:
@@ -42,7 +41,6 @@ class LiveEpisode:
 
     def reset(self, episode: Episodes) -> None:
         """Start an episode, an ``Episodes`` of length one."""
-        require(len(episode) == 1, "episode", "must be one", len(episode))
         self._runner.reset(episode)
 
     def step(self) -> None:
