@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import inspect
 import re
 from pathlib import Path
@@ -41,26 +42,6 @@ def draw_picture(environment_id: str, path: Path) -> None:
     environment.close()
 
 
-def at_a_glance(scenario: Scenario) -> str:
-    """Return the main numbers of a scenario as a table."""
-    wheels, success, tumble = scenario.spacecraft.wheels, scenario.success, scenario.tumble_rate
-    modes = f", {scenario.spacecraft.modes} vibration modes" if scenario.spacecraft.modes else ""
-    sizes = [f"{observation.observation_layout(scenario, tier).size} (`{tier}`)" for tier in observation.TIERS]
-    early = "never terminated" if tumble is None else f"terminated above {tumble:.4g} rad/s"
-    cone, rate = np.degrees((success.angle, success.rate))
-    rows = [
-        ("scenario", f"`{scenario.name}`"),
-        ("spacecraft", f"{wheels.count} wheels of {show(wheels.torque_limits.tolist()[0])} N m{modes}"),
-        ("action", f"`Box(-1, 1, ({wheels.count},), float32)`"),
-        ("observation", f"`Box` of {', '.join(sizes)} numbers"),
-        ("control period", f"{scenario.control_period:.4g} s"),
-        ("physics step", f"{scenario.physics_step:.4g} s, RK4"),
-        ("episode", f"{scenario.duration:.4g} s, {scenario.horizon} steps; {early}"),
-        ("success", f"within {cone:.4g} deg and {rate:.4g} deg/s for the last {success.hold:.4g} s"),
-    ]
-    return table(("", ""), rows)
-
-
 def observation_table(scenario: Scenario) -> str:
     """Return the slices of the observation in each tier as a table."""
     meanings = {row[0]: row[-1] for row in table_rows(observation.observation_layout.__doc__ or "")}
@@ -72,11 +53,6 @@ def observation_table(scenario: Scenario) -> str:
         bound = f"±{layouts['oracle'].high[place.start]:.4g}"
         rows.append((f"`{name}`", str(place.stop - place.start), *where, bound, meanings[name]))
     return table(("slice", "length", *layouts, "bound", "meaning"), rows)
-
-
-def part(value: Any, otherwise: str = "") -> str:
-    """Return the class of a part of a scenario with a table of its fields, or the text for a part that is missing."""
-    return otherwise if value is None else f"{class_link(value)}:\n\n{field_table(value)}"
 
 
 def fault_table(scenario: Scenario) -> str:
@@ -103,47 +79,35 @@ def fault_table(scenario: Scenario) -> str:
 def page(environment_id: str, name: str) -> str:
     """Return the page of an environment id."""
     scenario, builder = scenarios.get(name), inspect.getmodule(scenarios._BUILDERS[name])
-    spacecraft = scenario.spacecraft
+    parts = {item.name: getattr(scenario, item.name) for item in dataclasses.fields(scenario)}
+    off = ", ".join(f"`{part}`" for part, value in parts.items() if value is None)
+    parts = {part: value for part, value in parts.items() if dataclasses.is_dataclass(value)}
+    glance = field_table(scenario, *parts) + f"\n\nFields that are `None`, which is off: {off}."
     head, *texts = re.split(r"^## (.*)\n", inspect.getdoc(SpacecraftFTCEnv) or "", flags=re.M)
     arguments = [(f"`{argument}`", text) for argument, text in section(SpacecraftFTCEnv, "Parameters").items()]
     terms = [
         (f"`{row[0]}`", show(getattr(scenario.reward, row[0])), row[-1]) for row in table_rows(reward.__doc__ or "")
     ]
     tables = {
-        "Action space": field_table(spacecraft.wheels),
+        "Action space": field_table(scenario.spacecraft.wheels),
         "Observation space": observation_table(scenario),
         "Rewards": table(("term", "weight", "value in each step"), terms),
-        "Starting state": part(scenario.initial_state),
-        "Episode end": field_table(scenario.success),
+        "Starting state": field_table(parts.pop("initial_state")),
+        "Episode end": field_table(parts.pop("success")),
         "Arguments": table(("argument", "meaning"), arguments),
-    }
-    axes = f"The true wheel axes differ from the nominal ones by {show(scenario.misalignment)} (rows of D)."
-    facts = {
-        "Spacecraft": field_table(spacecraft, "wheels", "appendages"),
-        "Appendages": f"{part(spacecraft.appendages)}\n\n{part(scenario.appendage_uncertainty)}".strip(),
-        "Misalignment": axes if scenario.misalignment else "",
-        "Uncertainty": part(scenario.inertia_uncertainty, "The true inertia is the nominal one."),
-        "Reference": part(scenario.reference),
-        "Faults": f"{fault_table(scenario)}\n\nAll kinds: [wheels, sensors and faults](../../wheels_and_faults.md).",
-        "Disturbance": part(scenario.disturbance, "No external torque."),
-        "Sensors": part(scenario.sensors, "Measurements without errors."),
-        "Prescribed bound": part(scenario.prescribed_bound),
     }
     picture = f"```{{image}} {environment_id}.png\n:alt: {environment_id}, {PICTURE_TIME:g} s after the start\n```"
     code = f'```python\nimport gymnasium as gym\nimport ftac_gym\n\nenv = gym.make("{environment_id}")\n```'
-    blocks = [
-        f"# {environment_id}",
-        markdown(inspect.getdoc(builder) or ""),
-        picture,
-        code,
-        at_a_glance(scenario),
-        head,
-    ]
-    for title, text in zip(texts[::2], texts[1::2], strict=True):
+    blocks = [f"# {environment_id}", markdown(inspect.getdoc(builder) or ""), picture, code, glance]
+    for title, text in zip(["Task", *texts[::2]], [head, *texts[1::2]], strict=True):
         # A table stands for the sections of the docstring.
         blocks += [f"## {title}", markdown(text.split("Parameters\n---")[0]), tables.get(title, "")]
-    for title, text in facts.items():
-        blocks += [f"## {title}", text] if text else []
+    for part, value in parts.items():
+        if part != "reward":
+            text = fault_table(scenario) if part == "faults" else field_table(value, "wheels", "appendages")
+            blocks += [f"## {part.replace('_', ' ').capitalize()}", f"{class_link(value)}:", text]
+    if scenario.spacecraft.appendages is not None:
+        blocks += ["## Appendages", field_table(scenario.spacecraft.appendages)]
     return "\n\n".join(block.strip() for block in blocks if block.strip()) + "\n"
 
 

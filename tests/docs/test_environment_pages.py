@@ -33,9 +33,10 @@ def test_the_page_holds_the_numbers_of_the_scenario(environment_id: str, name: s
     scenario = scenarios.get(name)
     page = pages.page(environment_id, name)
     assert page.startswith(f"# {environment_id}\n")
-    assert f"{scenario.control_period:.4g} s" in page
-    for title in ("Action space", "Observation space", "Rewards", "Episode end", "Faults", "Sensors", "Arguments"):
+    assert f"| `control_period` | {scenario.control_period:.4g} |" in page
+    for title in ("Action space", "Observation space", "Rewards", "Episode end", "Faults", "Reference", "Arguments"):
         assert page.count(f"## {title}\n") == 1
+    assert ("## Sensors\n" in page) == (scenario.sensors is not None) == ("`sensors`" not in page)
     oracle = observation_layout(scenario, "oracle")
     for part, place in oracle.slices.items():
         row = next(line for line in page.splitlines() if line.startswith(f"| `{part}` |"))
