@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import re
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +34,6 @@ extensions = [
     "sphinx.ext.intersphinx",
     "sphinx.ext.mathjax",
     "sphinx.ext.viewcode",
-    "sphinx-mathjax-offline",
     "sphinx_copybutton",
     "sphinx_design",
 ]
@@ -41,7 +41,9 @@ templates_path = ["_templates"]
 exclude_patterns = ["_build", "_templates", "**/.ipynb_checkpoints"]
 
 html_theme = "furo"
-html_static_path = ["_static"]
+# MathJax is part of the site: formulas need no network.
+html_static_path = ["_static", str(Path(find_spec("sphinx-mathjax-offline").origin).parent / "static")]
+mathjax_path = "mathjax/tex-chtml.js"
 html_css_files = ["site.css"]
 html_show_sphinx = False
 
@@ -72,37 +74,29 @@ INVENTORIES = {
 }
 intersphinx_mapping = {name: (url, None) for name, url in INVENTORIES.items() if os.environ.get("DOCS_INTERSPHINX")}
 nitpicky = True
-OTHERS = "abc collections concurrent cvxpy enum gymnasium jinja2 matplotlib numba numpy optuna os pathlib pygame torch"
-OTHERS += " scipy stable_baselines3 sb3_contrib types typing"
-nitpick_ignore_regex = [
-    ("py:.*", rf"({OTHERS.replace(' ', '|')})\..*"),
-    ("py:.*", r"(.*\.)?_\w+"),
-    ("py:class", r"[FT]"),
-]
+# Names of other packages, private names and type variables have no page here.
+nitpick_ignore_regex = [("py:.*", pattern) for pattern in (r"(?!ftac_gym)[a-z_\d]+\..*", r"(.*\.)?_\w+", r"[FT]")]
 
 
-def shorten(
-    app: Any, what: str, name: str, subject: Any, options: Any, *signature: str | None
-) -> tuple[str | None, ...]:
-    """Write array types as ``NDArray``, which stands for them in the code."""
+def shorten(*event: Any) -> tuple[str | None, ...]:
+    """Write array types in signatures as ``NDArray``, which stands for them in the code."""
     array = r"~?numpy\.ndarray\[~?tuple\[~?(?:typing\.)?Any, \.\.\.\], ~?numpy\.dtype\[~?([\w.]+)\]\]"
-    return tuple(part and re.sub(array, r"numpy.typing.NDArray[\1]", part) for part in signature)
+    return tuple(part and re.sub(array, r"numpy.typing.NDArray[\1]", part) for part in event[-2:])
 
 
-def mark_headings(app: Any, what: str, name: str, subject: Any, options: Any, lines: list[str]) -> None:
+def mark_headings(*event: Any) -> None:
     """Turn the Markdown headings that Gymnasium has in docstrings of environments into rubrics."""
-    lines[:] = [f".. rubric:: {line[3:]}" if line.startswith("## ") else line for line in lines]
+    event[-1][:] = [f".. rubric:: {line[3:]}" if line.startswith("## ") else line for line in event[-1]]
 
 
 def follow_import(app: Any, env: Any, node: Any, content: Any) -> Any:
     """Lead a name that a package imports, such as ``ftac_gym.faults.Bias``, to the module that defines it."""
     package, _, name = node["reftarget"].rpartition(".")
-    found = getattr(sys.modules.get(package), name, None) if node.get("refdomain") == "py" else None
-    if not package.startswith("ftac_gym") or found is None:
-        return None
-    target = f"{getattr(found, '__module__', package)}.{getattr(found, '__qualname__', name)}"
-    places = env.domains["py"].resolve_any_xref(env, node["refdoc"], app.builder, target, node, content)
-    return places[0][1] if places else None
+    if node.get("refdomain") == "py" and package.startswith("ftac_gym"):
+        found = getattr(sys.modules.get(package), name, None)
+        target = f"{getattr(found, '__module__', package)}.{getattr(found, '__qualname__', name)}"
+        places = env.domains["py"].resolve_any_xref(env, node["refdoc"], app.builder, target, node, content)
+        return places[0][1] if places else None
 
 
 def setup(app: Any) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
 import re
 from collections import Counter
@@ -22,8 +21,9 @@ from ftac_gym import baselines, plots, scenarios
 from ftac_gym.baselines import observers, tuned
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.evaluation import Rollout, rollout
+from ftac_gym.evaluation.metrics import UNITS
 from ftac_gym.task.prescribed_bound import PrescribedBound
-from ftac_gym.task.scenario import Scenario, success_steps
+from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import require
 
 SEED = 3
@@ -69,22 +69,10 @@ def families(source: Path) -> dict[str, str]:
     return dict(found)
 
 
-def code_digest() -> str:
-    """Return a digest of the code and data that the flights and their figures follow from."""
-    package = Path(ftac_gym.__file__).parent
-    folders = ("baselines", "dynamics", "envs", "faults", "plots", "scenarios", "spacecraft", "task", "utils")
-    files = [path for folder in folders for path in (package / folder).rglob("*") if path.suffix in (".py", ".json")]
-    return hashlib.sha256(b"".join(path.read_bytes() for path in [*sorted(files), Path(__file__)])).hexdigest()
+def fly(name: str, variant: Variant, digest: str) -> tuple[str, str, dict[str, bytes]]:
+    """Return text for the page of a baseline, the end of its last flight, and PNG files by name.
 
-
-def fly(name: str, variant: Variant, digest: str) -> dict[str, Any]:
-    """Fly a baseline: with default gains its own scenario, with tuned gains the one that they were tuned on.
-
-    Returns
-    -------
-    dict
-        Sections of the page under ``text``, the end of the last flight under ``end``, PNG files under ``figures``. The
-        digest of the code is only a key, by which a cache finds finished flights.
+    Default gains fly the scenario of the variant, tuned gains that of their tuning. The digest is a key of the cache.
     """
     groups = {variant.scenario: ["default"]}
     if name in tuned.names():
@@ -108,33 +96,25 @@ def fly(name: str, variant: Variant, digest: str) -> dict[str, Any]:
             buffer = io.BytesIO()
             figure.savefig(buffer, dpi=100, metadata={"Software": None})
             files[file] = buffer.getvalue()
-        last = histories[gains[-1]].metrics()
+    last = histories[gains[-1]].metrics()
     end = f"{'success' if last['success'][0] else 'no success'}, {last['final_error'][0]:.2g} deg"
-    return {"text": "\n\n".join(blocks), "end": end, "figures": files}
+    return "\n\n".join(blocks), end, files
 
 
 def flight(task: Scenario, scenario: str, histories: Mapping[str, Rollout], files: list[str]) -> str:
     """Return the section of a page about the flights of a scenario."""
-    rows, last = [], success_steps(task)
-    for gains, history in histories.items():
-        metrics = {metric: float(values[0]) for metric, values in history.metrics().items()}
-        angle, rate = (np.degrees(error[-last:].max()) for error in (history.attitude_error, history.rate_error))
-        settled = f"{metrics['settling_time']:.1f} s" if metrics["settling_time"] < task.duration else "never"
-        largest = (f"{metrics['final_error']:.3g}", f"{angle:.3g}", f"{rate:.3g}")
-        effort = (f"{metrics['saturation']:.0%}", f"{metrics['chatter']:.3g}")
-        rows.append((gains, "yes" if metrics["success"] else "no", settled, *largest, *effort))
-    header = ("gains", "success", "on target from", "final error [deg]", "largest error at the end [deg]")
-    header += ("largest rate error [deg/s]", "at the torque limit", "chatter [N m/s]")
+    metrics = {gains: history.metrics() for gains, history in histories.items()}
+    rows = [(name, unit, *(show(float(item[name][0])) for item in metrics.values())) for name, unit in UNITS.items()]
     whole, (cone, slow) = scenarios.get(scenario).duration, np.degrees((task.success.angle, task.success.rate))
     length = f"{whole:g} s" if task.duration >= whole else f"The first {task.duration:g} of {whole:g} s"
     faults = plots.fault_description(next(iter(histories.values())).episodes)
     text = (
-        f"{length} of {scenario_link(scenario)}, seed {SEED}. Faults: {faults}. On target is within {cone:.3g} deg and"
-        f" {slow:.3g} deg/s, and success is to be there for the last {task.success.hold:g} s, which also are the end in"
-        " the table. Dotted lines mark these limits, those of the torque, and the onsets of faults."
+        f"{length} of {scenario_link(scenario)}, seed {SEED}. Faults: {faults}. Success is to be within {cone:.3g} deg"
+        f" and {slow:.3g} deg/s for the last {task.success.hold:g} s. A settling time of {task.duration:g} s"
+        " means never. Dotted lines mark these limits, those of the torque, and the onsets of faults."
     )
     images = [f"```{{image}} {file}\n:alt: {file.removesuffix('.png')}\n```" for file in files]
-    return "\n\n".join([f"### On `{scenario}`", text, table(header, rows), *images])
+    return "\n\n".join([f"### On `{scenario}`", text, *images, table(("metric", "unit", *histories), rows)])
 
 
 def scenario_link(scenario: str) -> str:
@@ -196,14 +176,12 @@ def flat(gains: Mapping[str, Any]) -> dict[str, Any]:
     """Return gains by name, with those of a part as ``part.gain``."""
     found: dict[str, Any] = {}
     for name, value in gains.items():
-        part = (
-            {f"{name}.{inner}": item for inner, item in value.items()} if isinstance(value, Mapping) else {name: value}
-        )
-        found |= part
+        part = value if isinstance(value, Mapping) else {"": value}
+        found |= {f"{name}.{gain}".removesuffix("."): item for gain, item in part.items()}
     return found
 
 
-def page(name: str, variant: Variant, family: str, flown: Mapping[str, Any], source: Path) -> str:
+def page(name: str, variant: Variant, family: str, flights: str, source: Path) -> str:
     """Return the page of a baseline."""
     baseline, task = baselines.baseline_class(name), variant.task(variant.scenario)
     kind = baselines.defaults(name).get("faults")
@@ -217,7 +195,7 @@ def page(name: str, variant: Variant, family: str, flown: Mapping[str, Any], sou
     ]
     code = f'from ftac_gym.evaluation import rollout\n\nhistory = rollout("{variant.scenario}", "{name}", seed={SEED})'
     blocks = [f"# {name}", f"{variant.summary.removesuffix('.')}.", table(("", ""), glance), "## Flight"]
-    blocks += [f'```python\n{code}\nprint(history.metrics()["final_error"])\n```', flown["text"]]
+    blocks += [f'```python\n{code}\nprint(history.metrics()["final_error"])\n```', flights]
     blocks += ["## Reproduction", reproduction(variant, source), "## Gains", gain_table(name, task)]
     if name in tuned.names():
         origin = flat(tuned.record(name)["provenance"]).items()
@@ -227,18 +205,18 @@ def page(name: str, variant: Variant, family: str, flown: Mapping[str, Any], sou
 
 def write(source: Path) -> None:
     """Write the pages and figures of all baselines, and the table of them that ``baselines/README.md`` includes."""
-    folder, digest = source / "baselines" / "generated", code_digest()
-    facts, pages, rows = variants(source), {}, []
-    folder.mkdir(parents=True, exist_ok=True)
+    facts, folder, rows = variants(source), source / "baselines" / "generated", []
+    files = sorted(path for path in Path(ftac_gym.__file__).parent.rglob("*.*") if path.suffix in (".py", ".json"))
+    digest = joblib.hash([path.read_bytes() for path in files])
     # Nothing is flown twice while the code stays as it is.
     cached = joblib.Memory(source / "_build" / "flights", verbose=0).cache(fly)
+    pages: dict[str, str | bytes] = {}
     for name, family in sorted(families(source).items(), key=lambda item: (item[1], item[0])):
-        variant, flown = facts[name], cached(name, facts[name], digest)
-        pages[f"{name}.md"] = page(name, variant, family, flown, source)
-        for file, content in flown["figures"].items():
-            (folder / file).write_bytes(content)
+        variant = facts[name]
+        flights, end, figures = cached(name, variant, digest)
+        pages |= {f"{name}.md": page(name, variant, family, flights, source), **figures}
         information = baselines.make(name, variant.task(variant.scenario)).information
         made_for = ", ".join(f"`{scenario}`" for scenario in (variant.scenario, *variant.also))
-        rows += [(f"[`{name}`](generated/{name}.md)", variant.summary, information, made_for, flown["end"])]
-    head = table(("name", "description", "information", "made for", "end of its flight"), rows)
-    write_pages(folder, {"table.inc": head, **pages})
+        rows += [(f"[`{name}`](generated/{name}.md)", variant.summary, information, made_for, end)]
+    pages["table.inc"] = table(("name", "description", "information", "made for", "end of its flight"), rows)
+    write_pages(folder, pages)

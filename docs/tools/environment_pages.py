@@ -100,7 +100,7 @@ def page(environment_id: str, name: str) -> str:
     code = f'```python\nimport gymnasium as gym\nimport ftac_gym\n\nenv = gym.make("{environment_id}")\n```'
     blocks = [f"# {environment_id}", markdown(inspect.getdoc(builder) or ""), picture, code, glance]
     for title, text in zip(["Task", *texts[::2]], [head, *texts[1::2]], strict=True):
-        # A table stands for the sections of the docstring.
+        # The NumPy sections at the end of the docstring are a table here.
         blocks += [f"## {title}", markdown(text.split("Parameters\n---")[0]), tables.get(title, "")]
     for part, value in parts.items():
         if part != "reward":

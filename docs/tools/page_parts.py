@@ -6,6 +6,7 @@ import dataclasses
 import inspect
 import math
 import re
+import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -94,10 +95,9 @@ def field_table(part: Any, *without: str) -> str:
     return table(("field", "value", "meaning"), rows)
 
 
-def write_pages(folder: Path, pages: Mapping[str, str]) -> None:
-    """Write the pages of a generated folder by their names, and delete pages of other names."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, text in pages.items():
-        (folder / name).write_text(text, encoding="utf-8")
-    for path in set(folder.glob("*.md")) - {folder / name for name in pages}:
-        path.unlink()
+def write_pages(folder: Path, pages: Mapping[str, str | bytes]) -> None:
+    """Write the files of a generated folder by their names, and nothing else into it."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    for name, content in pages.items():
+        (folder / name).write_bytes(content.encode() if isinstance(content, str) else content)

@@ -12,7 +12,6 @@ import re
 import sys
 import tokenize
 from collections.abc import Iterator
-from itertools import pairwise
 from pathlib import Path
 
 LONGEST = 25
@@ -39,7 +38,7 @@ _BANNED = {re.compile(rf"\b{pattern}\b", re.IGNORECASE): instead for pattern, in
 _CODE = re.compile(r"\{[\w:]+\}`+[^`]+`+|`+[^`]+`+|\$[^$]+\$|:[\w:]+:`[^`]+`|(?<=\])\([^)]*\)|https?://\S+")
 _NO_PROSE = re.compile(r"[|#<!:>]|\.\. |[-=+ ]+$|\S.* {2,}\S")
 """Tables, headings, directives, options, borders, and rows of columns: they hold no sentences."""
-_ITEM = re.compile(r"(?:[-*]|\d+\.) +")
+_ITEM = re.compile(r" *(?:[-*]|\d+\.) +")
 
 
 def without_code(text: str) -> str:
@@ -65,13 +64,13 @@ def sentences(text: str) -> Iterator[tuple[int, str]]:
     """Yield line offset and text of the sentences of running text; the items of a list are paragraphs."""
     paragraphs: list[tuple[int, int, list[str]]] = [(0, 0, [])]
     for number, line in enumerate(text.splitlines()):
-        plain = line.strip()
-        item = _ITEM.match(plain)
-        indent = len(line) - len(line.lstrip()) + (item.end() if item else 0)
-        if not plain or item or indent != paragraphs[-1][1] or _NO_PROSE.match(plain):
+        item = _ITEM.match(line)
+        indent = item.end() if item else len(line) - len(line.lstrip())
+        prose = line.strip() and not _NO_PROSE.match(line.strip())
+        if not prose or item or indent != paragraphs[-1][1]:
             paragraphs.append((number, indent, []))
-        if plain and not _NO_PROSE.match(plain):
-            paragraphs[-1][2].append(plain[item.end() :] if item else plain)
+        if prose:
+            paragraphs[-1][2].append(line[indent:].strip())
     for start, _, lines in paragraphs:
         for sentence in re.split(r"(?<=[.!?:])\s+(?=[A-Z`\"(])|(?<=;)\s+", " ".join(lines)):
             if sentence:
@@ -91,12 +90,11 @@ def texts(path: Path) -> Iterator[tuple[int, str, str]]:
             for part in ast.walk(node):
                 if isinstance(part, ast.Constant) and " " in str(part.value):
                     yield part.lineno, "message", str(part.value)
-    tokens = tokenize.generate_tokens(io.StringIO(source).readline)
-    comments = [(token.start[0], token.string.lstrip("# ")) for token in tokens if token.type == tokenize.COMMENT]
-    # Lines that follow each other are one comment.
-    starts = [line for (before, _), (line, _) in pairwise([(-1, ""), *comments]) if line != before + 1]
-    for start, end in pairwise([*starts, sys.maxsize]):
-        yield start, "comment", "\n".join(text for line, text in comments if start <= line < end)
+    lines = [""] * (source.count("\n") + 1)
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type == tokenize.COMMENT:
+            lines[token.start[0] - 1] = token.string.lstrip("# ")
+    yield 1, "comment", "\n".join(lines)
 
 
 def complaints(path: Path) -> Iterator[str]:

@@ -86,13 +86,21 @@ def test_every_gain_has_a_meaning_and_every_tuned_one_its_value(name: str) -> No
 
 def test_a_page_has_the_facts_of_its_baseline() -> None:
     variant = pages.Variant("A summary", "ma_2023_unwinding", duration=2.0, hold=1.0, faults="its disturbance observer")
-    flown = pages.fly("pd_dob", variant, "digest")
-    assert {"pd_dob-ma_2023_unwinding.png", "pd_dob-flagship.png"} <= set(flown["figures"])
-    assert all(content.startswith(b"\x89PNG") for content in flown["figures"].values())
-    assert "deg" in flown["end"]
-    text = pages.page("pd_dob", variant, "pd", flown, DOCS)
-    for part in ("# pd_dob\n\nA summary.", "](../pd.md)", "its disturbance observer", "| default |", "| tuned |"):
+    flights, end, figures = pages.fly("pd_dob", variant, "digest")
+    assert {"pd_dob-ma_2023_unwinding.png", "pd_dob-flagship.png"} <= set(figures)
+    assert all(content.startswith(b"\x89PNG") for content in figures.values())
+    assert "deg" in end
+    text = pages.page("pd_dob", variant, "pd", flights, DOCS)
+    for part in (
+        "# pd_dob\n\nA summary.",
+        "](../pd.md)",
+        "its disturbance observer",
+        "| metric | unit | default | tuned |",
+        "| settling_time | s | ",
+    ):
         assert part in text
     assert tuned.record("pd_dob")["provenance"]["commit"] in text
-    assert "| faults from | [`asmo`](../observers.md) |" in pages.page("nftsm_observer", variant, "nftsm", flown, DOCS)
+    assert "| faults from | [`asmo`](../observers.md) |" in pages.page(
+        "nftsm_observer", variant, "nftsm", flights, DOCS
+    )
     assert not re.search(r"\n\n\n", text)

@@ -86,8 +86,8 @@ def test_tables_and_roles_of_docstrings() -> None:
 def test_stale_pages_are_deleted(tmp_path: Path) -> None:
     folder = tmp_path / "generated"
     parts.write_pages(folder, {"page.md": "one", "old.md": "one"})
-    parts.write_pages(folder, {"page.md": "two"})
-    assert [path.name for path in folder.iterdir()] == ["page.md"]
+    parts.write_pages(folder, {"page.md": "two", "figure.png": b"three"})
+    assert sorted(path.name for path in folder.iterdir()) == ["figure.png", "page.md"]
     assert (folder / "page.md").read_text() == "two"
 
 
