@@ -1,6 +1,6 @@
 """Sphinx configuration.
 
-``docs/tools`` writes the pages of environments and baselines before Sphinx reads anything, autosummary the API pages.
+``docs/tools`` writes the pages of environments and baselines before Sphinx reads anything, apidoc the API pages.
 """
 
 from __future__ import annotations
@@ -29,16 +29,15 @@ highlight_language = "text"
 extensions = [
     "myst_nb",
     "numpydoc",
+    "sphinx.ext.apidoc",
     "sphinx.ext.autodoc",
-    "sphinx.ext.autosummary",
     "sphinx.ext.intersphinx",
     "sphinx.ext.mathjax",
     "sphinx.ext.viewcode",
     "sphinx_copybutton",
     "sphinx_design",
 ]
-templates_path = ["_templates"]
-exclude_patterns = ["_build", "_templates", "**/.ipynb_checkpoints"]
+exclude_patterns = ["_build", "**/.ipynb_checkpoints"]
 
 html_theme = "furo"
 # MathJax is part of the site: formulas need no network.
@@ -47,6 +46,10 @@ mathjax_path = "mathjax/tex-chtml.js"
 html_css_files = ["site.css"]
 html_show_sphinx = False
 
+# Not autosummary: that takes the module ftac_gym.evaluation.compare for the function of its package.
+apidoc_modules = [
+    {"path": "../ftac_gym", "destination": "api/generated", "separate_modules": True, "module_first": True}
+]
 autodoc_default_options = {"members": True, "show-inheritance": True, "ignore-module-all": True}
 autodoc_member_order = "bysource"
 autodoc_preserve_defaults = True
@@ -75,7 +78,7 @@ INVENTORIES = {
 intersphinx_mapping = {name: (url, None) for name, url in INVENTORIES.items() if os.environ.get("DOCS_INTERSPHINX")}
 nitpicky = True
 # Names of other packages, private names and type variables have no page here.
-nitpick_ignore_regex = [("py:.*", pattern) for pattern in (r"(?!ftac_gym)[a-z_\d]+\..*", r"(.*\.)?_\w+", r"[FT]")]
+nitpick_ignore_regex = [("py:.*", pattern) for pattern in (r"(?!ftac_gym)[a-z_\d]+\..*", r"(.*\.)?(_\w+|[A-Z])")]
 
 
 def shorten(*event: Any) -> tuple[str | None, ...]:
@@ -103,6 +106,6 @@ def setup(app: Any) -> None:
     """Write the pages, and connect the functions above."""
     environment_pages.write(Path(app.srcdir))
     baseline_pages.write(Path(app.srcdir))
-    app.connect("autodoc-process-signature", shorten)
+    app.connect("autodoc-process-signature", shorten, priority=400)  # before numpydoc, which gives data a signature
     app.connect("autodoc-process-docstring", mark_headings)
     app.connect("missing-reference", follow_import)
