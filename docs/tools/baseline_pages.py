@@ -160,10 +160,7 @@ def gain_table(name: str, task: Scenario) -> str:
     if kind in observers.names():
         observer = observers.make(kind, task, Memory(1))
         parts["observer."] = type(observer)
-        default |= {
-            f"observer.{gain}": value
-            for gain, value in getattr(getattr(observer, "gains", None), "__dict__", {}).items()
-        } | default
+        default |= {f"observer.{gain}": value for gain, value in vars(observer.gains).items()} | default
     meanings = {part + gain: text for part, cls in parts.items() for gain, text in section(cls, "Parameters").items()}
     rows = []
     for gain in dict.fromkeys([*default, *found]):
