@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from ftac_gym.dynamics.algebra import add3, cross3, symmetric_times
 from ftac_gym.utils.compiling import inlined
 
 
@@ -79,40 +80,23 @@ def angular_acceleration(w: Any, stored: Any, wheel: Any, external: Any, body: A
     ``external`` is multiplied by (|w|^2 + c) where the disturbance asks for it.
     """
     inertia, inverse, change = body
-    momentum_x = inertia[0] * w[0] + inertia[3] * w[1] + inertia[4] * w[2] + stored[0]
-    momentum_y = inertia[3] * w[0] + inertia[1] * w[1] + inertia[5] * w[2] + stored[1]
-    momentum_z = inertia[4] * w[0] + inertia[5] * w[1] + inertia[2] * w[2] + stored[2]
+    momentum = add3(symmetric_times(inertia, w), 1.0, stored)
     scale = 1.0
     if steady.rate_scaled > 0.5:
         scale = w[0] * w[0] + w[1] * w[1] + w[2] * w[2] + steady.rate_offset
-    x = wheel[0] + scale * external[0] - (w[1] * momentum_z - w[2] * momentum_y) - change[0] * w[0]
-    y = wheel[1] + scale * external[1] - (w[2] * momentum_x - w[0] * momentum_z) - change[1] * w[1]
-    z = wheel[2] + scale * external[2] - (w[0] * momentum_y - w[1] * momentum_x) - change[2] * w[2]
-    return (
-        inverse[0] * x + inverse[3] * y + inverse[4] * z,
-        inverse[3] * x + inverse[1] * y + inverse[5] * z,
-        inverse[4] * x + inverse[5] * y + inverse[2] * z,
-    )
+    turning = cross3(w, momentum)
+    x = wheel[0] + scale * external[0] - turning[0] - change[0] * w[0]
+    y = wheel[1] + scale * external[1] - turning[1] - change[1] * w[1]
+    z = wheel[2] + scale * external[2] - turning[2] - change[2] * w[2]
+    return symmetric_times(inverse, (x, y, z))
 
 
 @inlined
 def twice_attitude_rate(q: Any, w: Any) -> Any:
-    """Quaternion kinematics 2 q' = q (x) [0, w]."""
+    """Return 2 q' = q (x) [0, w]."""
     return (
         -q[1] * w[0] - q[2] * w[1] - q[3] * w[2],
         q[0] * w[0] + q[2] * w[2] - q[3] * w[1],
         q[0] * w[1] + q[3] * w[0] - q[1] * w[2],
         q[0] * w[2] + q[1] * w[1] - q[2] * w[0],
     )
-
-
-@inlined
-def add3(a: Any, factor: float, b: Any) -> Any:
-    """Return a + factor b for triples."""
-    return a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]
-
-
-@inlined
-def add4(a: Any, factor: float, b: Any) -> Any:
-    """Return a + factor b for quadruples."""
-    return a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2], a[3] + factor * b[3]

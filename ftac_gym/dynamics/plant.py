@@ -9,20 +9,45 @@ Faults switch on and off only between physics steps: within a step the torque is
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 
-from ftac_gym.dynamics import body, fault_signals, modes, wheel_table, wheels
-from ftac_gym.dynamics.body import add3, add4, angular_acceleration, fill_disturbance, inertia_at, twice_attitude_rate
+from ftac_gym.dynamics import algebra, body, fault_signals, modes, wheel_table, wheels
+from ftac_gym.dynamics.algebra import add3, add4, store_unit
+from ftac_gym.dynamics.body import angular_acceleration, fill_disturbance, inertia_at, twice_attitude_rate
 from ftac_gym.dynamics.fault_signals import constant_signals, untouched
 from ftac_gym.dynamics.modes import ROWS, begin_step, end_step, load_modes, modal_stage, store_modes
 from ftac_gym.dynamics.wheels import turn_wheel
-from ftac_gym.utils.compiling import entry_point
+from ftac_gym.utils.compiling import entry_point, inlined
 
 
-@entry_point(body, fault_signals, modes, wheels, wheel_table)
+@inlined
+def slopes(
+    appendages: Any,
+    work: Any,
+    weight: float,
+    ahead: float,
+    q: Any,
+    w: Any,
+    stored: Any,
+    torque: Any,
+    external: Any,
+    inertia: Any,
+    steady: Any,
+) -> Any:
+    """Return 2 q' and w' at a stage of RK4, and take that stage of the modes, if there are any.
+
+    ``weight`` and ``ahead`` [s] are those of :func:`.modal_stage`; ``stored`` is the momentum [N m s] and ``torque``
+    the torque [N m] of the wheels.
+    """
+    if appendages is not None:
+        momentum, pull = modal_stage(work, w, weight, ahead)
+        stored, torque = add3(stored, 1.0, momentum), add3(torque, 1.0, pull)
+    return twice_attitude_rate(q, w), angular_acceleration(w, stored, torque, external, inertia, steady)
+
+
+@entry_point(algebra, body, fault_signals, modes, wheels, wheel_table)
 def advance(
     start: int,
     stop: int,
@@ -66,8 +91,7 @@ def advance(
     external = np.empty((2 * substeps + 1, 3))
     actuation = np.empty((substeps, 9))
     delays = past.shape[1]
-    if appendages is not None:
-        work = np.empty((ROWS, appendages.shape[1]))
+    work = np.empty((ROWS, 0 if appendages is None else appendages.shape[1]))
     period = step * substeps
     for i in range(start, stop):
         begin = ticks[i] * period
@@ -122,11 +146,8 @@ def advance(
                 body_1 = inertia_at(inertia[i], carried, varying, rate_torque, time)
                 body_2 = inertia_at(inertia[i], carried, varying, rate_torque, time + 0.5 * step)
                 body_4 = inertia_at(inertia[i], carried, varying, rate_torque, time + step)
-            external_1, external_2, external_4 = (
-                external[2 * substep],
-                external[2 * substep + 1],
-                external[2 * substep + 2],
-            )
+            external_1, external_2 = external[2 * substep], external[2 * substep + 1]
+            external_4 = external[2 * substep + 2]
             wheel_1 = add3(total, 1.0, (actuation[substep, 0], actuation[substep, 1], actuation[substep, 2]))
             wheel_2 = add3(total, 1.0, (actuation[substep, 3], actuation[substep, 4], actuation[substep, 5]))
             wheel_4 = add3(total, 1.0, (actuation[substep, 6], actuation[substep, 7], actuation[substep, 8]))
@@ -136,41 +157,31 @@ def advance(
                 stored_3 = add3(stored, -0.5 * step, wheel_2)
                 stored_4 = add3(stored, -step, wheel_2)
 
-            held_1, held_2, held_3, held_4 = stored, stored_2, stored_3, stored_4
-            push_1, push_2, push_3, push_4 = wheel_1, wheel_2, wheel_2, wheel_4
             if appendages is not None:
                 begin_step(work)
-                swing, pull = modal_stage(work, w, 1.0, 0.5 * step)
-                held_1, push_1 = add3(held_1, 1.0, swing), add3(push_1, 1.0, pull)
-            turn_1 = twice_attitude_rate(q, w)
-            spin_1 = angular_acceleration(w, held_1, push_1, external_1, body_1, steady[i])
+            turn_1, spin_1 = slopes(
+                appendages, work, 1.0, 0.5 * step, q, w, stored, wheel_1, external_1, body_1, steady[i]
+            )
             q_2, w_2 = add4(q, 0.25 * step, turn_1), add3(w, 0.5 * step, spin_1)
-            if appendages is not None:
-                swing, pull = modal_stage(work, w_2, 2.0, 0.5 * step)
-                held_2, push_2 = add3(held_2, 1.0, swing), add3(push_2, 1.0, pull)
-            turn_2 = twice_attitude_rate(q_2, w_2)
-            spin_2 = angular_acceleration(w_2, held_2, push_2, external_2, body_2, steady[i])
+            turn_2, spin_2 = slopes(
+                appendages, work, 2.0, 0.5 * step, q_2, w_2, stored_2, wheel_2, external_2, body_2, steady[i]
+            )
             q_3, w_3 = add4(q, 0.25 * step, turn_2), add3(w, 0.5 * step, spin_2)
-            if appendages is not None:
-                swing, pull = modal_stage(work, w_3, 2.0, step)
-                held_3, push_3 = add3(held_3, 1.0, swing), add3(push_3, 1.0, pull)
-            turn_3 = twice_attitude_rate(q_3, w_3)
-            spin_3 = angular_acceleration(w_3, held_3, push_3, external_2, body_2, steady[i])
+            turn_3, spin_3 = slopes(
+                appendages, work, 2.0, step, q_3, w_3, stored_3, wheel_2, external_2, body_2, steady[i]
+            )
             q_4, w_4 = add4(q, 0.5 * step, turn_3), add3(w, step, spin_3)
+            turn_4, spin_4 = slopes(
+                appendages, work, 1.0, 0.0, q_4, w_4, stored_4, wheel_4, external_4, body_4, steady[i]
+            )
             if appendages is not None:
-                swing, pull = modal_stage(work, w_4, 1.0, 0.0)
-                held_4, push_4 = add3(held_4, 1.0, swing), add3(push_4, 1.0, pull)
                 end_step(work, step / 6.0)
-            turn_4 = twice_attitude_rate(q_4, w_4)
-            spin_4 = angular_acceleration(w_4, held_4, push_4, external_4, body_4, steady[i])
             q = add4(q, step / 12.0, add4(add4(turn_1, 1.0, turn_4), 2.0, add4(turn_2, 1.0, turn_3)))
             w = add3(w, step / 6.0, add3(add3(spin_1, 1.0, spin_4), 2.0, add3(spin_2, 1.0, spin_3)))
             if coupled:
                 stored = add3(stored, -step / 6.0, add3(add3(wheel_1, 1.0, wheel_4), 4.0, wheel_2))
         # RK4 keeps the norm to (rate * step)^6 a step; once a period suffices to keep it at rounding error.
-        norm = 1.0 / math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
-        attitude[i, 0], attitude[i, 1] = norm * q[0], norm * q[1]
-        attitude[i, 2], attitude[i, 3] = norm * q[2], norm * q[3]
+        store_unit(attitude, i, q)
         rate[i, 0], rate[i, 1], rate[i, 2] = w
         if appendages is not None:
             store_modes(work, modal_displacement[i], modal_rate[i], w)
