@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ftac_gym.dynamics import fault_signals
+from ftac_gym.dynamics import algebra, fault_signals
+from ftac_gym.dynamics.algebra import add4, quaternion_product, store_unit
 from ftac_gym.dynamics.fault_signals import acts, part_at
 from ftac_gym.task import references
 from ftac_gym.task.references import ReferenceKind
@@ -28,30 +29,12 @@ def sinusoid(record: Any, axis: int, time: float) -> Any:
 
 
 @inlined
-def product(a: Any, b: Any) -> Any:
-    """Hamilton product of two quaternions."""
-    return (
-        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
-        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
-        a[0] * b[2] + a[2] * b[0] + a[3] * b[1] - a[1] * b[3],
-        a[0] * b[3] + a[3] * b[0] + a[1] * b[2] - a[2] * b[1],
-    )
-
-
-@inlined
 def rotation(x: float, y: float, z: float) -> Any:
     """Quaternion of a rotation vector [rad]."""
     angle = math.sqrt(x * x + y * y + z * z)
     # sin(angle / 2) / angle, by its series where the quotient would lose digits.
     factor = math.sin(0.5 * angle) / angle if angle > 1e-4 else 0.5 - angle * angle / 48.0
     return math.cos(0.5 * angle), factor * x, factor * y, factor * z
-
-
-@inlined
-def store_unit(out: Any, i: int, q: Any) -> None:
-    """Normalise a quaternion into row i."""
-    scale = 1.0 / math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
-    out[i, 0], out[i, 1], out[i, 2], out[i, 3] = scale * q[0], scale * q[1], scale * q[2], scale * q[3]
 
 
 @inlined
@@ -81,13 +64,7 @@ def follow_mrp(i: int, record: Any, time: float, attitude: Any, rate: Any, accel
 def half_turn_rate(q: Any, record: Any, time: float) -> Any:
     """q' = 1/2 q (x) [0, w_d(t)]."""
     x, y, z = sinusoid(record, 0, time)[0], sinusoid(record, 1, time)[0], sinusoid(record, 2, time)[0]
-    return product(q, (0.0, 0.5 * x, 0.5 * y, 0.5 * z))
-
-
-@inlined
-def moved(q: Any, factor: float, d: Any) -> Any:
-    """Return q + factor d."""
-    return q[0] + factor * d[0], q[1] + factor * d[1], q[2] + factor * d[2], q[3] + factor * d[3]
+    return quaternion_product(q, (0.0, 0.5 * x, 0.5 * y, 0.5 * z))
 
 
 @inlined
@@ -104,16 +81,16 @@ def follow_rate(
         for substep in range(substeps):
             time = (tick - 1) * period + substep * step
             turn_1 = half_turn_rate(q, record, time)
-            turn_2 = half_turn_rate(moved(q, 0.5 * step, turn_1), record, time + 0.5 * step)
-            turn_3 = half_turn_rate(moved(q, 0.5 * step, turn_2), record, time + 0.5 * step)
-            turn_4 = half_turn_rate(moved(q, step, turn_3), record, time + step)
-            q = moved(moved(q, step / 6.0, moved(turn_1, 1.0, turn_4)), step / 3.0, moved(turn_2, 1.0, turn_3))
+            turn_2 = half_turn_rate(add4(q, 0.5 * step, turn_1), record, time + 0.5 * step)
+            turn_3 = half_turn_rate(add4(q, 0.5 * step, turn_2), record, time + 0.5 * step)
+            turn_4 = half_turn_rate(add4(q, step, turn_3), record, time + step)
+            q = add4(add4(q, step / 6.0, add4(turn_1, 1.0, turn_4)), step / 3.0, add4(turn_2, 1.0, turn_3))
         store_unit(attitude, i, q)
     for axis in range(3):
         rate[i, axis], acceleration[i, axis] = sinusoid(record, axis, tick * period)[:2]
 
 
-@entry_point(fault_signals, randomness, references)
+@entry_point(algebra, fault_signals, randomness, references)
 def sense(
     craft: Any,
     attitude: Any,
@@ -204,12 +181,16 @@ def sense(
             mean_x = 0.5 * (seen_x + measured_rate[i, 0])
             mean_y = 0.5 * (seen_y + measured_rate[i, 1])
             mean_z = 0.5 * (seen_z + measured_rate[i, 2])
-            store_unit(measured_attitude, i, product(last, rotation(period * mean_x, period * mean_y, period * mean_z)))
+            store_unit(
+                measured_attitude,
+                i,
+                quaternion_product(last, rotation(period * mean_x, period * mean_y, period * mean_z)),
+            )
         else:
             half = 0.5 * sensor.attitude_noise
             true_attitude = (attitude[i, 0], attitude[i, 1], attitude[i, 2], attitude[i, 3])
-            measured = product(true_attitude, (1.0, half * noise_0, half * noise_1, half * noise_2))
+            measured = quaternion_product(true_attitude, (1.0, half * noise_0, half * noise_1, half * noise_2))
             if turn_x != 0.0 or turn_y != 0.0 or turn_z != 0.0:
-                measured = product(measured, rotation(turn_x, turn_y, turn_z))
+                measured = quaternion_product(measured, rotation(turn_x, turn_y, turn_z))
             store_unit(measured_attitude, i, measured)
         measured_rate[i, 0], measured_rate[i, 1], measured_rate[i, 2] = seen_x, seen_y, seen_z
