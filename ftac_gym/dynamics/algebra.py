@@ -24,6 +24,12 @@ def row4(array: Any, row: int) -> Any:
 
 
 @inlined
+def store3(out: Any, row: int, a: Any) -> None:
+    """Write a triple into a row."""
+    out[row, 0], out[row, 1], out[row, 2] = a[0], a[1], a[2]
+
+
+@inlined
 def store_unit(out: Any, row: int, q: Any) -> None:
     """Write a quaternion, normalised, into a row."""
     scale = 1.0 / math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])

@@ -6,7 +6,18 @@ import math
 from typing import Any
 
 from ftac_gym.dynamics import algebra, fault_signals
-from ftac_gym.dynamics.algebra import add4, quaternion_product, store_unit
+from ftac_gym.dynamics.algebra import (
+    add3,
+    add4,
+    cross3,
+    norm3,
+    quaternion_product,
+    row3,
+    row4,
+    scale3,
+    store3,
+    store_unit,
+)
 from ftac_gym.dynamics.fault_signals import acts, part_at
 from ftac_gym.task import references
 from ftac_gym.task.references import ReferenceKind
@@ -29,12 +40,30 @@ def sinusoid(record: Any, axis: int, time: float) -> Any:
 
 
 @inlined
-def rotation(x: float, y: float, z: float) -> Any:
-    """Quaternion of a rotation vector [rad]."""
-    angle = math.sqrt(x * x + y * y + z * z)
+def rotation(turn: Any) -> Any:
+    """Return the quaternion of a rotation vector [rad]."""
+    angle = norm3(turn)
     # sin(angle / 2) / angle, by its series where the quotient would lose digits.
     factor = math.sin(0.5 * angle) / angle if angle > 1e-4 else 0.5 - angle * angle / 48.0
-    return math.cos(0.5 * angle), factor * x, factor * y, factor * z
+    return math.cos(0.5 * angle), factor * turn[0], factor * turn[1], factor * turn[2]
+
+
+@inlined
+def normals(tick: int, episode: int, block: int, keys: Any, i: int) -> Any:
+    """Return four standard normal deviates of the noise of a spacecraft."""
+    a, b, c, d = philox(tick, episode, _NOISE, block, keys[i, 0], keys[i, 1])
+    return normal_pair(a, b) + normal_pair(c, d)
+
+
+@inlined
+def mrp_map(sigma: Any, square: float, a: Any, along: float) -> Any:
+    """Return (1 - s^2) a - 2 sigma x a + 2 along sigma, with s^2 = ``square``."""
+    c = cross3(sigma, a)
+    return (
+        (1.0 - square) * a[0] - 2.0 * c[0] + 2.0 * sigma[0] * along,
+        (1.0 - square) * a[1] - 2.0 * c[1] + 2.0 * sigma[1] * along,
+        (1.0 - square) * a[2] - 2.0 * c[2] + 2.0 * sigma[2] * along,
+    )
 
 
 @inlined
@@ -51,13 +80,11 @@ def follow_mrp(i: int, record: Any, time: float, attitude: Any, rate: Any, accel
     store_unit(attitude, i, (1.0 - square, 2.0 * x, 2.0 * y, 2.0 * z))
     along_v, along_a = x * vx + y * vy + z * vz, x * ax + y * ay + z * az + vx * vx + vy * vy + vz * vz
     scale = 4.0 / ((1.0 + square) * (1.0 + square))
-    rate[i, 0] = scale * ((1.0 - square) * vx - 2.0 * (y * vz - z * vy) + 2.0 * x * along_v)
-    rate[i, 1] = scale * ((1.0 - square) * vy - 2.0 * (z * vx - x * vz) + 2.0 * y * along_v)
-    rate[i, 2] = scale * ((1.0 - square) * vz - 2.0 * (x * vy - y * vx) + 2.0 * z * along_v)
+    turned = scale3(scale, mrp_map((x, y, z), square, (vx, vy, vz), along_v))
+    store3(rate, i, turned)
     drag = 4.0 * along_v / (1.0 + square)
-    acceleration[i, 0] = scale * ((1.0 - square) * ax - 2.0 * (y * az - z * ay) + 2.0 * x * along_a) - drag * rate[i, 0]
-    acceleration[i, 1] = scale * ((1.0 - square) * ay - 2.0 * (z * ax - x * az) + 2.0 * y * along_a) - drag * rate[i, 1]
-    acceleration[i, 2] = scale * ((1.0 - square) * az - 2.0 * (x * ay - y * ax) + 2.0 * z * along_a) - drag * rate[i, 2]
+    bent = scale3(scale, mrp_map((x, y, z), square, (ax, ay, az), along_a))
+    store3(acceleration, i, add3(bent, -drag, turned))
 
 
 @inlined
@@ -143,54 +170,38 @@ def sense(
         sensor = sensors[i]
         walk = sensor.gyro_bias_walk * math.sqrt(period)
         if walk > 0.0 and tick > 0:
-            a, b, c, d = philox(tick, episodes[i], _NOISE, 2, keys[i, 0], keys[i, 1])
-            walk_x, walk_y = normal_pair(a, b)
-            walk_z, _ = normal_pair(c, d)
+            walk_x, walk_y, walk_z, _ = normals(tick, episodes[i], 2, keys, i)
             gyro_bias[i, 0] += walk * walk_x
             gyro_bias[i, 1] += walk * walk_y
             gyro_bias[i, 2] += walk * walk_z
         noise_0, noise_1, noise_2, noise_3, noise_4, noise_5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         if sensor.attitude_noise > 0.0 or sensor.rate_noise > 0.0:
-            a, b, c, d = philox(tick, episodes[i], _NOISE, 0, keys[i, 0], keys[i, 1])
-            noise_0, noise_1 = normal_pair(a, b)
-            noise_2, noise_3 = normal_pair(c, d)
-            a, b, c, d = philox(tick, episodes[i], _NOISE, 1, keys[i, 0], keys[i, 1])
-            noise_4, noise_5 = normal_pair(a, b)
-        wx, wy, wz = rate[i, 0], rate[i, 1], rate[i, 2]
-        tilt = sensor.gyro_misalignment
-        seen_x = wx + tilt[1] * wz - tilt[2] * wy + gyro_bias[i, 0] + sensor.rate_noise * noise_3
-        seen_y = wy + tilt[2] * wx - tilt[0] * wz + gyro_bias[i, 1] + sensor.rate_noise * noise_4
-        seen_z = wz + tilt[0] * wy - tilt[1] * wx + gyro_bias[i, 2] + sensor.rate_noise * noise_5
-        turn_x, turn_y, turn_z = 0.0, 0.0, 0.0
+            noise_0, noise_1, noise_2, noise_3 = normals(tick, episodes[i], 0, keys, i)
+            noise_4, noise_5, _, _ = normals(tick, episodes[i], 1, keys, i)
+        w, tilt = row3(rate, i), sensor.gyro_misalignment
+        seen = (
+            w[0] + tilt[1] * w[2] - tilt[2] * w[1] + gyro_bias[i, 0] + sensor.rate_noise * noise_3,
+            w[1] + tilt[2] * w[0] - tilt[0] * w[2] + gyro_bias[i, 1] + sensor.rate_noise * noise_4,
+            w[2] + tilt[0] * w[1] - tilt[1] * w[0] + gyro_bias[i, 2] + sensor.rate_noise * noise_5,
+        )
+        turn = (0.0, 0.0, 0.0)
         blind = False
         for k in range(sensor_faults.shape[1]):
             fault = sensor_faults[i, k]
             if acts(fault, switches, i, tick * period):
                 part = part_at(fault, tick * period)
-                seen_x += part * fault.rate_bias[0]
-                seen_y += part * fault.rate_bias[1]
-                seen_z += part * fault.rate_bias[2]
-                turn_x += part * fault.attitude_turn[0]
-                turn_y += part * fault.attitude_turn[1]
-                turn_z += part * fault.attitude_turn[2]
+                seen = add3(seen, part, fault.rate_bias)
+                turn = add3(turn, part, fault.attitude_turn)
                 blind = blind or fault.outage > 0.5
         star_tracker_valid[i] = not blind
         if blind and tick > 0:
-            # What is measured now carries the attitude measured a period ago forward.
-            last = (measured_attitude[i, 0], measured_attitude[i, 1], measured_attitude[i, 2], measured_attitude[i, 3])
-            mean_x = 0.5 * (seen_x + measured_rate[i, 0])
-            mean_y = 0.5 * (seen_y + measured_rate[i, 1])
-            mean_z = 0.5 * (seen_z + measured_rate[i, 2])
-            store_unit(
-                measured_attitude,
-                i,
-                quaternion_product(last, rotation(period * mean_x, period * mean_y, period * mean_z)),
-            )
+            # The rate measured now carries the attitude measured a period ago forward.
+            mean = scale3(0.5, add3(seen, 1.0, row3(measured_rate, i)))
+            measured = quaternion_product(row4(measured_attitude, i), rotation(scale3(period, mean)))
         else:
             half = 0.5 * sensor.attitude_noise
-            true_attitude = (attitude[i, 0], attitude[i, 1], attitude[i, 2], attitude[i, 3])
-            measured = quaternion_product(true_attitude, (1.0, half * noise_0, half * noise_1, half * noise_2))
-            if turn_x != 0.0 or turn_y != 0.0 or turn_z != 0.0:
-                measured = quaternion_product(measured, rotation(turn_x, turn_y, turn_z))
-            store_unit(measured_attitude, i, measured)
-        measured_rate[i, 0], measured_rate[i, 1], measured_rate[i, 2] = seen_x, seen_y, seen_z
+            measured = quaternion_product(row4(attitude, i), (1.0, half * noise_0, half * noise_1, half * noise_2))
+            if turn[0] != 0.0 or turn[1] != 0.0 or turn[2] != 0.0:
+                measured = quaternion_product(measured, rotation(turn))
+        store_unit(measured_attitude, i, measured)
+        store3(measured_rate, i, seen)
