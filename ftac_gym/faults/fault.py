@@ -171,16 +171,11 @@ class Fault:
     def _draw_common(self, rows: npt.NDArray[np.void], uniform: FloatArray) -> None:
         """Write kind, timing, constants and magnitudes into records (M,), from uniforms (M, UNIFORMS_PER_FAULT)."""
         rows["kind"] = self.kind
-        rows["onset"] = draw(self.onset, uniform[:, 0])
-        if self.recovery is not None:
-            rows["recovery"] = draw(self.recovery, uniform[:, 1])
+        for index, name in enumerate(("onset", "recovery", "period", "on_time", "rise", "fall")):
+            if (value := getattr(self, name)) is not None:
+                rows[name] = draw(value, uniform[:, index])
         if self.duration is not None:
             rows["recovery"] = rows["onset"] + draw(self.duration, uniform[:, 1])
-        if self.period is not None and self.on_time is not None:
-            rows["period"] = draw(self.period, uniform[:, 2])
-            rows["on_time"] = draw(self.on_time, uniform[:, 3])
-        rows["rise"] = draw(self.rise, uniform[:, 4])
-        rows["fall"] = draw(self.fall, uniform[:, 5])
         for record, value in self.constants.items():
             rows[record] = value
         for index, (name, entry) in enumerate(self._magnitudes.items()):

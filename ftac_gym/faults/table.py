@@ -170,11 +170,6 @@ def no_sensor_faults(count: int, faults: int = 0) -> npt.NDArray[np.void]:
     return table
 
 
-def healthy(count: int, wheels: int) -> DrawnFaults:
-    """Return the tables of spacecraft without faults."""
-    return DrawnFaults(no_faults(count, wheels), no_sensor_faults(count), np.zeros((count, 0, FLIPS)))
-
-
 def _never(table: npt.NDArray[np.void]) -> None:
     table["onset"] = np.inf
     table["recovery"] = np.inf

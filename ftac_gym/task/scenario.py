@@ -14,12 +14,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.faults import FaultDistribution, FaultSchedule
-from ftac_gym.faults.table import FLIPS, healthy
+from ftac_gym.faults.table import FLIPS
 from ftac_gym.spacecraft.spacecraft import Spacecraft
-from ftac_gym.task.disturbances import DISTURBANCE, HARMONIC, Disturbance
+from ftac_gym.task.disturbances import Disturbance
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.feasibility import Demand, feasibility_labels
-from ftac_gym.task.inertia import InertiaUncertainty, exact_inertia
+from ftac_gym.task.inertia import InertiaUncertainty
 from ftac_gym.task.initial_state import InitialState
 from ftac_gym.task.low_orbit import LowOrbitTorque
 from ftac_gym.task.objective import RewardWeights, SuccessCriterion
@@ -209,38 +209,27 @@ class Scenario:
         """Draw one episode for each pair of a cipher key (N, 2) and an episode number (N,)."""
         from ftac_gym.utils.randomness import Stream, uniforms
 
-        count, spacecraft, wheels = len(index), self.spacecraft, self.spacecraft.wheels
+        spacecraft, wheels = self.spacecraft, self.spacecraft.wheels
 
-        def deviates(purpose: Stream, numbers: int) -> FloatArray:
-            return uniforms(keys, index, purpose, numbers)
+        def deviates(stream: Stream, count: int) -> FloatArray:
+            return uniforms(keys, index, stream, count)
 
-        start, mode_count = self.initial_state, spacecraft.modes
-        uniform = deviates(Stream.INITIAL_STATE, start.uniform_count(wheels.count, mode_count))
-        initial = start.draw(uniform, wheels.momentum_limits, mode_count)
-        if self.inertia_uncertainty is None:
-            inertia = exact_inertia(spacecraft.inertia_matrix, count)
-        else:
-            uniform = deviates(Stream.INERTIA, self.inertia_uncertainty.uniform_count)
-            inertia = self.inertia_uncertainty.draw(spacecraft.inertia_matrix, uniform)
-        if spacecraft.appendages is None or self.appendage_uncertainty is None:
-            modes = exact_modes(spacecraft.appendages, count)
-        else:
-            uniform = deviates(Stream.MODES, self.appendage_uncertainty.uniform_count(mode_count))
-            modes = self.appendage_uncertainty.draw(spacecraft.appendages, uniform)
+        # The defaults of these parts draw nominal values, no faults and no torque.
+        uncertainty = self.inertia_uncertainty or InertiaUncertainty()
+        vibration = self.appendage_uncertainty or AppendageUncertainty()
+        source, torque = self.faults or FaultSchedule(()), self.disturbance or Disturbance()
+        uniform = deviates(Stream.INITIAL_STATE, self.initial_state.uniform_count(wheels.count, spacecraft.modes))
+        initial = self.initial_state.draw(uniform, wheels.momentum_limits, spacecraft.modes)
+        inertia = uncertainty.draw(spacecraft.inertia_matrix, deviates(Stream.INERTIA, uncertainty.uniform_count))
+        uniform = deviates(Stream.MODES, vibration.uniform_count(spacecraft.modes))
+        modes = vibration.draw(spacecraft.appendages, uniform)
         check_modes(modes, inertia, self.physics_step)
-        if self.faults is None:
-            faults = healthy(count, wheels.count)
-        else:
-            uniform = deviates(Stream.FAULTS, self.faults.uniform_count(wheels.count))
-            switching = deviates(Stream.SWITCHING, self.faults.switching_count)
-            faults = self.faults.draw(uniform, switching, wheels.torque_limits)
-        if self.disturbance is None:
-            disturbance, harmonics = np.zeros(count, DISTURBANCE), np.zeros((count, 0), HARMONIC)
-        else:
-            uniform = deviates(Stream.DISTURBANCE, self.disturbance.uniform_count)
-            disturbance, harmonics = self.disturbance.draw(uniform, inertia["constant"])
+        uniform = deviates(Stream.FAULTS, source.uniform_count(wheels.count))
+        faults = source.draw(uniform, deviates(Stream.SWITCHING, source.switching_count), wheels.torque_limits)
+        uniform = deviates(Stream.DISTURBANCE, torque.uniform_count)
+        disturbance, harmonics = torque.draw(uniform, inertia["constant"])
         if self.sensors is None:
-            sensors = np.zeros(count, SENSOR)
+            sensors = np.zeros(len(index), SENSOR)
         else:
             sensors = self.sensors.draw(deviates(Stream.SENSORS, self.sensors.uniform_count))
         uniform = deviates(Stream.REFERENCE, self.reference.uniform_count)

@@ -55,7 +55,7 @@ class AppendageUncertainty:
         """How many uniform deviates one episode needs."""
         return 3 * modes
 
-    def draw(self, nominal: FlexibleAppendages, uniform: FloatArray) -> npt.NDArray[np.void]:
+    def draw(self, nominal: FlexibleAppendages | None, uniform: FloatArray) -> npt.NDArray[np.void]:
         """Draw the modes of N craft from uniform deviates (N, uniform_count): MODE records (N, k)."""
         first, second, third = (uniform[:, part::3] for part in range(3))
         frequency, table = draw(self.frequency, first), exact_modes(nominal, len(uniform))

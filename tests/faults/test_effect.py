@@ -19,7 +19,6 @@ from ftac_gym.faults import (
     StarTrackerOutage,
     fault_effect,
 )
-from ftac_gym.faults.table import healthy
 from ftac_gym.spacecraft import Friction, WheelArray
 
 ONE_WHEEL = WheelArray(np.eye(3)[:, :1], 0.2)
@@ -43,7 +42,8 @@ def effect_of(*faults, times, last=0.0):
 
 def test_healthy_wheels_follow_commands():
     wheels, times = WheelArray.sign_pyramid(0.2, None), np.array([0.0, 1.0, 1e6])
-    effect = fault_effect(healthy(3, 4), times, wheels, np.ones((3, 4)), np.ones((3, 4)))
+    drawn = FaultSchedule(()).draw(np.zeros((3, 1)), np.zeros((3, 0)), wheels.torque_limits)
+    effect = fault_effect(drawn, times, wheels, np.ones((3, 4)), np.ones((3, 4)))
     assert np.all(effect.effectiveness == 1.0) and np.all(effect.bias == 0.0) and np.all(effect.delay == 0)
     assert np.all(effect.rate_bias == 0.0) and np.all(effect.attitude_turn == 0.0)
     assert not effect.star_tracker_out.any()
