@@ -5,21 +5,7 @@ import pytest
 from helpers.fault_draws import LIMITS, assert_shares, draw, draw_all, faulty_rows, only
 from scipy import stats
 
-from ftac_gym.faults import (
-    AttitudeSpike,
-    Bias,
-    CommandDelay,
-    DriftingEffectiveness,
-    FaultKind,
-    FrictionRise,
-    GyroBiasStep,
-    HardOver,
-    IntermittentShutdown,
-    LossOfEffectiveness,
-    Outage,
-    Seizure,
-    StarTrackerOutage,
-)
+from ftac_gym import faults
 from ftac_gym.faults.fault import UNIFORMS_PER_FAULT
 
 
@@ -27,11 +13,11 @@ from ftac_gym.faults.fault import UNIFORMS_PER_FAULT
     ("fault", "expected"),
     [
         (
-            Bias(onset=(2.0, 8.0), recovery=(9.0, 11.0), period=(3.0, 4.0), on_time=(1.0, 2.0)),
+            faults.Bias(onset=(2.0, 8.0), recovery=(9.0, 11.0), period=(3.0, 4.0), on_time=(1.0, 2.0)),
             {"onset": (2.0, 8.0), "recovery": (9.0, 11.0), "period": (3.0, 4.0), "on_time": (1.0, 2.0)},
         ),
         (
-            LossOfEffectiveness(
+            faults.LossOfEffectiveness(
                 effectiveness=(0.3, 0.7), amplitude=(0.1, 0.3), frequency=(0.1, 2.0), phase=(-1.0, 1.0)
             ),
             {
@@ -42,7 +28,7 @@ from ftac_gym.faults.fault import UNIFORMS_PER_FAULT
             },
         ),
         (
-            Bias(
+            faults.Bias(
                 constant=(0.01, 0.1),
                 slope=(1e-4, 1e-3),
                 amplitude=(0.2, 0.3),
@@ -60,22 +46,22 @@ from ftac_gym.faults.fault import UNIFORMS_PER_FAULT
             },
         ),
         (
-            Outage(onset=(2.0, 8.0), recovery=(9.0, 11.0), rise=(0.5, 2.5), fall=(0.1, 0.9)),
+            faults.Outage(onset=(2.0, 8.0), recovery=(9.0, 11.0), rise=(0.5, 2.5), fall=(0.1, 0.9)),
             {"onset": (2.0, 8.0), "recovery": (9.0, 11.0), "rise": (0.5, 2.5), "fall": (0.1, 0.9)},
         ),
         (
-            DriftingEffectiveness(onset=(2.0, 8.0), effectiveness=(0.1, 0.4), rise=(5.0, 9.0)),
+            faults.DriftingEffectiveness(onset=(2.0, 8.0), effectiveness=(0.1, 0.4), rise=(5.0, 9.0)),
             {"onset": (2.0, 8.0), "effectiveness": (0.1, 0.4), "rise": (5.0, 9.0)},
         ),
         (
-            FrictionRise(onset=(2.0, 8.0), factor=(2.0, 20.0), rise=(1.0, 4.0), direction="forward"),
+            faults.FrictionRise(onset=(2.0, 8.0), factor=(2.0, 20.0), rise=(1.0, 4.0), direction="forward"),
             {"onset": (2.0, 8.0), "friction_forward": (2.0, 20.0), "rise": (1.0, 4.0)},
         ),
         (
-            FrictionRise(onset=(2.0, 8.0), factor=(2.0, 20.0), direction="backward"),
+            faults.FrictionRise(onset=(2.0, 8.0), factor=(2.0, 20.0), direction="backward"),
             {"onset": (2.0, 8.0), "friction_backward": (2.0, 20.0), "rise": (20.0, 60.0)},
         ),
-        (IntermittentShutdown(onset=(2.0, 8.0), rise=(0.1, 0.3)), {"onset": (2.0, 8.0), "rise": (0.1, 0.3)}),
+        (faults.IntermittentShutdown(onset=(2.0, 8.0), rise=(0.1, 0.3)), {"onset": (2.0, 8.0), "rise": (0.1, 0.3)}),
     ],
 )
 def test_intervals_are_filled_uniformly_and_independently(fault, expected):
@@ -88,11 +74,11 @@ def test_intervals_are_filled_uniformly_and_independently(fault, expected):
 
 
 def test_faults_never_end_unless_told_so():
-    assert np.all(np.isposinf(faulty_rows(draw(only(Outage(onset=3.0))))["recovery"]))
+    assert np.all(np.isposinf(faulty_rows(draw(only(faults.Outage(onset=3.0))))["recovery"]))
 
 
 def test_random_sign_turns_the_whole_bias():
-    rows = faulty_rows(draw(only(Bias(constant=0.02, slope=0.01, amplitude=0.5, random_sign=True))))
+    rows = faulty_rows(draw(only(faults.Bias(constant=0.02, slope=0.01, amplitude=0.5, random_sign=True))))
     sign = np.sign(rows["bias"])
     assert_shares([np.sum(sign > 0), np.sum(sign < 0)], (1.0, 1.0))
     np.testing.assert_allclose(rows["bias"], 0.02 * sign)
@@ -101,35 +87,35 @@ def test_random_sign_turns_the_whole_bias():
 
 
 def test_without_random_sign_the_bias_keeps_its_own():
-    assert np.all(faulty_rows(draw(only(Bias(constant=-0.02))))["bias"] == -0.02)
+    assert np.all(faulty_rows(draw(only(faults.Bias(constant=-0.02))))["bias"] == -0.02)
 
 
 def test_hard_over_is_a_fraction_of_the_affected_wheels_limit():
-    table = draw(only(HardOver(fraction=(0.2, 0.5))))
+    table = draw(only(faults.HardOver(fraction=(0.2, 0.5))))
     wheel = np.nonzero(table["kind"][:, :, 0])[1]
     rows = faulty_rows(table)
     fraction = rows["bias"] / LIMITS[wheel]
     assert stats.kstest(np.abs(fraction), "uniform", (0.2, 0.3)).pvalue > 1e-3
     assert_shares([np.sum(fraction > 0), np.sum(fraction < 0)], (1.0, 1.0))
     assert np.all(rows["effectiveness"] == 0.0)
-    signed = faulty_rows(draw(only(HardOver(fraction=-0.5, random_sign=False)), limits=np.full(4, 0.2)))
+    signed = faulty_rows(draw(only(faults.HardOver(fraction=-0.5, random_sign=False)), limits=np.full(4, 0.2)))
     assert np.all(signed["bias"] == -0.1)
 
 
 def test_a_duration_counts_from_the_onset():
-    rows = faulty_rows(draw(only(Bias(onset=(2.0, 80.0), duration=(1.0, 4.0)))))
+    rows = faulty_rows(draw(only(faults.Bias(onset=(2.0, 80.0), duration=(1.0, 4.0)))))
     length = rows["recovery"] - rows["onset"]
     assert stats.kstest(length, "uniform", (1.0, 3.0)).pvalue > 1e-3
     assert abs(np.corrcoef(length, rows["onset"])[0, 1]) < 0.07
 
 
-@pytest.mark.parametrize("kind", [Outage, IntermittentShutdown])
+@pytest.mark.parametrize("kind", [faults.Outage, faults.IntermittentShutdown])
 def test_a_wheel_that_is_off_gives_nothing(kind):
     rows = faulty_rows(draw(only(kind())))
     assert np.all(rows["effectiveness"] == 0.0) and np.all(rows["bias"] == 0.0)
 
 
-@pytest.mark.parametrize("kind", [DriftingEffectiveness, FrictionRise])
+@pytest.mark.parametrize("kind", [faults.DriftingEffectiveness, faults.FrictionRise])
 def test_what_wears_out_takes_its_time(kind):
     assert stats.kstest(faulty_rows(draw(only(kind())))["rise"], "uniform", (20.0, 40.0)).pvalue > 1e-3
 
@@ -137,7 +123,7 @@ def test_what_wears_out_takes_its_time(kind):
 def test_friction_rises_in_the_given_sense_of_rotation():
     forward, backward = {}, {}
     for direction in ("both", "forward", "backward", "either"):
-        rows = faulty_rows(draw(only(FrictionRise(factor=(2.0, 20.0), direction=direction))))
+        rows = faulty_rows(draw(only(faults.FrictionRise(factor=(2.0, 20.0), direction=direction))))
         forward[direction], backward[direction] = rows["friction_forward"], rows["friction_backward"]
     assert stats.kstest(forward["both"], "uniform", (2.0, 18.0)).pvalue > 1e-3
     np.testing.assert_array_equal(forward["both"], backward["both"])
@@ -151,35 +137,35 @@ def test_friction_rises_in_the_given_sense_of_rotation():
 
 
 def test_a_seizure_brakes_by_a_multiple_of_the_affected_wheels_limit():
-    table = draw(only(Seizure(brake=(1.5, 4.0))))
+    table = draw(only(faults.Seizure(brake=(1.5, 4.0))))
     wheel = np.nonzero(table["kind"][:, :, 0])[1]
     assert stats.kstest(faulty_rows(table)["brake"] / LIMITS[wheel], "uniform", (1.5, 2.5)).pvalue > 1e-3
 
 
 @pytest.mark.parametrize(("periods", "first", "delays"), [((1, 5), 1, 5), ((2, 3), 2, 2)])
 def test_every_whole_delay_is_equally_likely(periods, first, delays):
-    delay = faulty_rows(draw(only(CommandDelay(periods=periods))))["delay"]
+    delay = faulty_rows(draw(only(faults.CommandDelay(periods=periods))))["delay"]
     assert delay.min() == first and delay.max() == first + delays - 1
     assert_shares(np.bincount(delay - first, minlength=delays), np.ones(delays))
-    assert np.all(faulty_rows(draw(only(CommandDelay(periods=first))))["delay"] == first)
+    assert np.all(faulty_rows(draw(only(faults.CommandDelay(periods=first))))["delay"] == first)
 
 
 @pytest.mark.parametrize(("periods", "longest"), [(1, 1), (5, 5), ((1, 5), 5), ((4, 5), 5)])
 def test_the_largest_deviate_gives_no_longer_delay(periods, longest):
     last = np.full((1, UNIFORMS_PER_FAULT), np.nextafter(1.0, 0.0))
-    assert CommandDelay(periods=periods).draw(last, np.array([0.2]))["delay"][0] == longest
+    assert faults.CommandDelay(periods=periods).draw(last, np.array([0.2]))["delay"][0] == longest
 
 
 @pytest.mark.parametrize(
     ("fault", "field", "low", "high"),
     [
-        (GyroBiasStep(size=(1e-4, 3e-4), onset=(2.0, 8.0)), "rate_bias", 1e-4, 3e-4),
-        (AttitudeSpike(angle=(0.1, 0.5), onset=(2.0, 8.0)), "attitude_turn", 0.1, 0.5),
+        (faults.GyroBiasStep(size=(1e-4, 3e-4), onset=(2.0, 8.0)), "rate_bias", 1e-4, 3e-4),
+        (faults.AttitudeSpike(angle=(0.1, 0.5), onset=(2.0, 8.0)), "attitude_turn", 0.1, 0.5),
     ],
 )
 def test_errors_of_the_sensors_point_anywhere(fault, field, low, high):
     drawn = draw_all(only(fault))
-    assert np.all(drawn.wheels["kind"] == FaultKind.NONE) and np.all(drawn.sensors["kind"] == fault.kind)
+    assert np.all(drawn.wheels["kind"] == faults.FaultKind.NONE) and np.all(drawn.sensors["kind"] == fault.kind)
     vector, onset = drawn.sensors[field][:, 0], drawn.sensors["onset"][:, 0]
     size = np.linalg.norm(vector, axis=1)
     assert stats.kstest(size, "uniform", (low, high - low)).pvalue > 1e-3
@@ -193,7 +179,7 @@ def test_errors_of_the_sensors_point_anywhere(fault, field, low, high):
 
 
 def test_a_star_tracker_is_out_or_not():
-    sensors = draw_all(only(StarTrackerOutage(onset=(2.0, 8.0), duration=(10.0, 20.0)))).sensors
+    sensors = draw_all(only(faults.StarTrackerOutage(onset=(2.0, 8.0), duration=(10.0, 20.0)))).sensors
     assert np.all(sensors["outage"] == 1.0)
     assert stats.kstest((sensors["recovery"] - sensors["onset"]).ravel(), "uniform", (10.0, 10.0)).pvalue > 1e-3
     assert np.all(sensors["rate_bias"] == 0.0) and np.all(sensors["attitude_turn"] == 0.0)

@@ -6,26 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
 
+from ftac_gym import faults
 from ftac_gym.dynamics.fault_signals import acts, constant_signals, part_at, step_signals, untouched
-from ftac_gym.faults import (
-    KINDS,
-    AttitudeSpike,
-    Bias,
-    CommandDelay,
-    DriftingEffectiveness,
-    FaultSchedule,
-    FrictionRise,
-    GyroBiasStep,
-    HardOver,
-    IntermittentShutdown,
-    LockInPlace,
-    LossOfEffectiveness,
-    Outage,
-    Seizure,
-    StarTrackerOutage,
-    WheelFault,
-    fault_effect,
-)
 from ftac_gym.faults.effect import presence
 from ftac_gym.faults.table import FLIPS
 from ftac_gym.spacecraft import Friction, WheelArray
@@ -43,29 +25,29 @@ def numbers(low, high):
 
 
 MAGNITUDES = {
-    LossOfEffectiveness: {
+    faults.LossOfEffectiveness: {
         "effectiveness": numbers(0.4, 0.6), "amplitude": numbers(-0.4, 0.4), "frequency": numbers(0.0, 4.0),
         "phase": numbers(-3.0, 3.0),
     },
-    DriftingEffectiveness: {"effectiveness": numbers(0.0, 1.0), "rise": numbers(0.1, 8.0)},
-    Bias: {
+    faults.DriftingEffectiveness: {"effectiveness": numbers(0.0, 1.0), "rise": numbers(0.1, 8.0)},
+    faults.Bias: {
         "constant": numbers(-0.1, 0.1), "slope": numbers(-0.1, 0.1), "amplitude": numbers(-0.1, 0.1),
         "exponent": numbers(0.0, 2.0), "frequency": numbers(0.0, 4.0), "phase": numbers(-3.0, 3.0),
         "random_sign": st.booleans(),
     },
-    Outage: {},
-    LockInPlace: {},
-    HardOver: {"fraction": numbers(-1.0, 1.0), "random_sign": st.booleans()},
-    FrictionRise: {
+    faults.Outage: {},
+    faults.LockInPlace: {},
+    faults.HardOver: {"fraction": numbers(-1.0, 1.0), "random_sign": st.booleans()},
+    faults.FrictionRise: {
         "factor": numbers(1.0, 20.0), "direction": st.sampled_from(["both", "forward", "backward", "either"]),
         "rise": numbers(0.0, 8.0),
     },
-    Seizure: {"brake": numbers(1.1, 4.0)},
-    IntermittentShutdown: {"mean_acting": st.floats(0.1, 5.0), "mean_resting": st.floats(0.1, 5.0)},
-    CommandDelay: {"periods": st.sampled_from([1.0, 3.0, (1.0, 5.0)])},
-    GyroBiasStep: {"size": numbers(0.0, 0.1)},
-    StarTrackerOutage: {},
-    AttitudeSpike: {"angle": numbers(0.0, 1.0)},
+    faults.Seizure: {"brake": numbers(1.1, 4.0)},
+    faults.IntermittentShutdown: {"mean_acting": st.floats(0.1, 5.0), "mean_resting": st.floats(0.1, 5.0)},
+    faults.CommandDelay: {"periods": st.sampled_from([1.0, 3.0, (1.0, 5.0)])},
+    faults.GyroBiasStep: {"size": numbers(0.0, 0.1)},
+    faults.StarTrackerOutage: {},
+    faults.AttitudeSpike: {"angle": numbers(0.0, 1.0)},
 }  # fmt: skip
 
 
@@ -83,14 +65,14 @@ def faults_of(draw, kind):
     rhythm = draw(st.sampled_from(["steady", "periodic", "random"]))
     if rhythm == "random":
         values |= {"mean_acting": draw(st.floats(0.1, 3.0)), "mean_resting": draw(st.floats(0.1, 3.0))}
-    elif rhythm == "periodic" and kind is not IntermittentShutdown:
+    elif rhythm == "periodic" and kind is not faults.IntermittentShutdown:
         values |= {"period": draw(numbers(1.0, 3.0)), "on_time": draw(numbers(0.1, 1.0))}
-    return kind(**values, **({"wheel": draw(st.sampled_from([0, 1]))} if issubclass(kind, WheelFault) else {}))
+    return kind(**values, **({"wheel": draw(st.sampled_from([0, 1]))} if issubclass(kind, faults.WheelFault) else {}))
 
 
-def drawn_at_times(faults, seed):
+def drawn_at_times(listed, seed):
     """Fault tables of one episode, repeated at random times and at all times when a fault of it changes."""
-    random, source = np.random.default_rng(seed), FaultSchedule(tuple(faults))
+    random, source = np.random.default_rng(seed), faults.FaultSchedule(tuple(listed))
     source.check(WHEELS)
     uniform = random.random((1, source.uniform_count(2)))
     drawn = source.draw(uniform, random.random((1, source.switching_count)), WHEELS.torque_limits)
@@ -113,28 +95,28 @@ def compiled_presence(records, switches, time, part):
 
 
 @njit
-def compiled_signals(faults, switches, time, out):
+def compiled_signals(listed, switches, time, out):
     """Locked, delay, effectiveness, bias, friction factors and brake at each time, as a step without length."""
-    for i in range(faults.shape[0]):
-        for j in range(faults.shape[1]):
+    for i in range(listed.shape[0]):
+        for j in range(listed.shape[1]):
             locked, delay, start, _, _, bias, _, _, forward, backward, brake = step_signals(
-                faults, switches, i, j, time[i], 0.0
+                listed, switches, i, j, time[i], 0.0
             )
             out[i, j, 0], out[i, j, 1], out[i, j, 2], out[i, j, 3] = 1.0 if locked else 0.0, delay, start, bias
             out[i, j, 4], out[i, j, 5], out[i, j, 6] = forward, backward, brake
 
 
 @njit
-def compiled_constants(faults, begin, end, out):
+def compiled_constants(listed, begin, end, out):
     """The same for the time between two moments, with a flag in the last column that says whether it holds."""
-    for i in range(faults.shape[0]):
-        for j in range(faults.shape[1]):
+    for i in range(listed.shape[0]):
+        for j in range(listed.shape[1]):
             constant, locked, delay, effectiveness, bias, forward, backward, brake = constant_signals(
-                faults, i, j, begin[i], end[i]
+                listed, i, j, begin[i], end[i]
             )
             out[i, j, 0], out[i, j, 1], out[i, j, 2], out[i, j, 3] = 1.0 if locked else 0.0, delay, effectiveness, bias
             out[i, j, 4], out[i, j, 5], out[i, j, 6] = forward, backward, brake
-            out[i, j, 7] = 2.0 if untouched(faults, i, j, begin[i], end[i]) else (1.0 if constant else 0.0)
+            out[i, j, 7] = 2.0 if untouched(listed, i, j, begin[i], end[i]) else (1.0 if constant else 0.0)
 
 
 def assert_same_effect(signals, effect, momentum, torque, where):
@@ -149,10 +131,10 @@ def assert_same_effect(signals, effect, momentum, torque, where):
 
 
 def test_the_strategies_cover_every_kind():
-    assert set(MAGNITUDES) == set(KINDS)
+    assert set(MAGNITUDES) == set(faults.KINDS)
 
 
-@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("kind", faults.KINDS, ids=lambda kind: kind.__name__)
 @settings(max_examples=20, deadline=None, derandomize=True)
 @given(data=st.data(), seed=st.integers(0, 2**32))
 def test_every_kind_acts_alike(kind, data, seed):
@@ -162,12 +144,12 @@ def test_every_kind_acts_alike(kind, data, seed):
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(data=st.data(), seed=st.integers(0, 2**32))
 def test_any_faults_together_act_alike(data, seed):
-    kinds = data.draw(st.lists(st.sampled_from(KINDS), min_size=2, max_size=5))
+    kinds = data.draw(st.lists(st.sampled_from(faults.KINDS), min_size=2, max_size=5))
     check([data.draw(faults_of(kind)) for kind in kinds], seed)
 
 
-def check(faults, seed):
-    drawn, times = drawn_at_times(faults, seed)
+def check(listed, seed):
+    drawn, times = drawn_at_times(listed, seed)
     count = len(times)
     for records in (drawn.wheels.reshape(count, -1), drawn.sensors):
         part = np.zeros(records.shape)
@@ -175,7 +157,7 @@ def check(faults, seed):
         np.testing.assert_allclose(presence(records, drawn.switches, times), part, rtol=0.0, atol=1e-12)
     random = np.random.default_rng(seed + 1)
     momentum, torque = random.uniform(-4.0, 4.0, (count, 2)), random.uniform(-0.2, 0.2, (count, 2))
-    effect = fault_effect(drawn, times, WHEELS, momentum, torque)
+    effect = faults.fault_effect(drawn, times, WHEELS, momentum, torque)
     everywhere = np.ones((count, 2), dtype=bool)
     signals = np.zeros((count, 2, SIGNALS))
     compiled_signals(drawn.wheels, drawn.switches, times, signals)
@@ -196,7 +178,7 @@ def check(faults, seed):
 
 
 def test_a_chain_that_has_run_out_of_flips_acts_alike():
-    drawn, times = drawn_at_times([Outage(wheel=0, mean_acting=1.0, mean_resting=1.0)], 3)
+    drawn, times = drawn_at_times([faults.Outage(wheel=0, mean_acting=1.0, mean_resting=1.0)], 3)
     assert drawn.switches.shape[2] == FLIPS
     drawn.switches[:] = np.linspace(0.0, 3.0, FLIPS)
     part = np.zeros((len(times), 2))

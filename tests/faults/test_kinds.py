@@ -5,28 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ftac_gym import baselines, scenarios
+from ftac_gym import baselines, faults, scenarios
 from ftac_gym.attitude import angle_between
 from ftac_gym.dynamics import Simulator
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
-from ftac_gym.faults import (
-    KINDS,
-    AttitudeSpike,
-    Bias,
-    CommandDelay,
-    DriftingEffectiveness,
-    FaultSchedule,
-    FrictionRise,
-    GyroBiasStep,
-    HardOver,
-    IntermittentShutdown,
-    LockInPlace,
-    LossOfEffectiveness,
-    Outage,
-    Seizure,
-    SensorFault,
-    StarTrackerOutage,
-)
 from ftac_gym.spacecraft import Friction, WheelArray
 from ftac_gym.task import Episodes, InitialState
 
@@ -40,27 +22,27 @@ CALM = FLAGSHIP.replace(
 FAULTS = {
     type(fault): fault
     for fault in (
-        LossOfEffectiveness(wheel=1, onset=ONSET, effectiveness=(0.2, 0.5)),
-        DriftingEffectiveness(wheel=1, onset=ONSET, rise=(2.0, 5.0)),
-        Bias(wheel=1, onset=ONSET, constant=(0.01, 0.05)),
-        Outage(wheel=1, onset=ONSET),
-        LockInPlace(wheel=1, onset=ONSET),
-        HardOver(wheel=1, onset=ONSET, fraction=(0.3, 0.6)),
-        FrictionRise(wheel=1, onset=ONSET, factor=(5.0, 20.0), rise=2.0),
-        Seizure(wheel=1, onset=ONSET),
-        IntermittentShutdown(wheel=1, onset=ONSET, mean_acting=2.0, mean_resting=1.0),
-        CommandDelay(wheel=1, onset=ONSET, periods=(2, 5)),
-        GyroBiasStep(onset=ONSET, size=(1e-3, 3e-3)),
-        StarTrackerOutage(onset=ONSET, duration=5.0),
-        AttitudeSpike(onset=ONSET, angle=(0.05, 0.2), period=1.0, on_time=0.3),
+        faults.LossOfEffectiveness(wheel=1, onset=ONSET, effectiveness=(0.2, 0.5)),
+        faults.DriftingEffectiveness(wheel=1, onset=ONSET, rise=(2.0, 5.0)),
+        faults.Bias(wheel=1, onset=ONSET, constant=(0.01, 0.05)),
+        faults.Outage(wheel=1, onset=ONSET),
+        faults.LockInPlace(wheel=1, onset=ONSET),
+        faults.HardOver(wheel=1, onset=ONSET, fraction=(0.3, 0.6)),
+        faults.FrictionRise(wheel=1, onset=ONSET, factor=(5.0, 20.0), rise=2.0),
+        faults.Seizure(wheel=1, onset=ONSET),
+        faults.IntermittentShutdown(wheel=1, onset=ONSET, mean_acting=2.0, mean_resting=1.0),
+        faults.CommandDelay(wheel=1, onset=ONSET, periods=(2, 5)),
+        faults.GyroBiasStep(onset=ONSET, size=(1e-3, 3e-3)),
+        faults.StarTrackerOutage(onset=ONSET, duration=5.0),
+        faults.AttitudeSpike(onset=ONSET, angle=(0.05, 0.2), period=1.0, on_time=0.3),
     )
 }
-SMALLEST = {StarTrackerOutage: 1e-4, FrictionRise: 1e-3}
+SMALLEST = {faults.StarTrackerOutage: 1e-4, faults.FrictionRise: 1e-3}
 """Least distance of each spacecraft from the healthy one at some time [deg]; others 0.01."""
 
 
 def faulty(kind):
-    return CALM.replace(faults=FaultSchedule((FAULTS[kind],)))
+    return CALM.replace(faults=faults.FaultSchedule((FAULTS[kind],)))
 
 
 def fly(scenario, episodes):
@@ -94,7 +76,7 @@ def open_loop(scenario, episodes, commands):
 
 
 def test_the_list_covers_every_kind():
-    assert set(FAULTS) == set(KINDS)
+    assert set(FAULTS) == set(faults.KINDS)
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +84,7 @@ def healthy():
     return fly(CALM, CALM.draw(5, CRAFT))
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", faults.KINDS)
 def test_it_changes_what_is_flown_and_measured(kind, healthy):
     scenario = faulty(kind)
     attitude, rate, measured_attitude, measured_rate = fly(scenario, scenario.draw(5, CRAFT))
@@ -118,26 +100,28 @@ def test_it_changes_what_is_flown_and_measured(kind, healthy):
     assert np.all(np.abs(rate - healthy[1]).max(axis=(0, 2)) > 1e-6)
     assert np.all(angle_between(measured_attitude, healthy[2]).max(axis=0) > 1e-5)
     error, slip = angle_between(measured_attitude, attitude).max(axis=0), np.abs(measured_rate - rate).max(axis=(0, 2))
-    assert np.all((error > 0.04) == (kind is AttitudeSpike)) and np.all((slip > 3e-4) == (kind is GyroBiasStep))
+    assert np.all((error > 0.04) == (kind is faults.AttitudeSpike)) and np.all(
+        (slip > 3e-4) == (kind is faults.GyroBiasStep)
+    )
     assert np.all(np.isfinite(attitude)) and np.all(np.isfinite(measured_attitude))
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", faults.KINDS)
 def test_it_differs_between_episodes(kind):
     """Unless there is nothing to draw: then the trajectory alone makes the difference."""
     episodes = faulty(kind).draw(5, 50)
-    records = episodes.sensor_faults[:, 0] if issubclass(kind, SensorFault) else episodes.faults[:, 1, 0]
+    records = episodes.sensor_faults[:, 0] if issubclass(kind, faults.SensorFault) else episodes.faults[:, 1, 0]
     assert np.all(records["kind"] == kind.kind) and np.all(records["onset"] == ONSET)
     drawn = len(np.unique(records)) + len(np.unique(episodes.switches, axis=0)) * episodes.switches.shape[1]
-    if kind in (Outage, LockInPlace, StarTrackerOutage):
+    if kind in (faults.Outage, faults.LockInPlace, faults.StarTrackerOutage):
         assert drawn == 1
-    elif kind is CommandDelay:
+    elif kind is faults.CommandDelay:
         assert drawn == 4
     else:
         assert drawn >= 50
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", faults.KINDS)
 def test_it_replays_bit_for_bit(kind, tmp_path):
     scenario = faulty(kind)
     episodes = scenario.draw(5, CRAFT)
@@ -154,7 +138,7 @@ def test_it_replays_bit_for_bit(kind, tmp_path):
     np.testing.assert_array_equal(backwards[:, ::-1], original)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", faults.KINDS)
 def test_it_replays_in_the_environments(kind, tmp_path):
     """Vector and single environments, from a seed and from a file, see the same."""
     scenario = faulty(kind)

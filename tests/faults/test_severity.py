@@ -5,25 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ftac_gym import scenarios
-from ftac_gym.faults import (
-    KINDS,
-    AttitudeSpike,
-    Bias,
-    CommandDelay,
-    DriftingEffectiveness,
-    FaultDistribution,
-    FrictionRise,
-    GyroBiasStep,
-    HardOver,
-    IntermittentShutdown,
-    LockInPlace,
-    LossOfEffectiveness,
-    Outage,
-    Seizure,
-    StarTrackerOutage,
-    fault_effect,
-)
+from ftac_gym import faults, scenarios
 from ftac_gym.faults.table import no_faults, no_sensor_faults
 from ftac_gym.spacecraft import Friction, WheelArray
 
@@ -31,18 +13,18 @@ FLAGSHIP = scenarios.get("flagship")
 WHEELS = WheelArray(FLAGSHIP.spacecraft.wheels.axes, 0.2, 12.0, spin_inertia=0.02, friction=Friction(0.01))
 SPACECRAFT = dataclasses.replace(FLAGSHIP.spacecraft, wheels=WHEELS)
 GRADUAL = [
-    LossOfEffectiveness(effectiveness=(0.2, 0.6), amplitude=(0.1, 0.2), frequency=1.0, phase=(0.0, 6.0)),
-    DriftingEffectiveness(onset=(1.0, 5.0), rise=(5.0, 9.0), effectiveness=(0.0, 0.4)),
-    Bias(onset=(1.0, 9.0), constant=(0.02, 0.05), slope=1e-3, amplitude=0.03, frequency=0.4, random_sign=True),
-    Bias(slope=(1e-3, 2e-3), duration=20.0, rise=2.0, fall=4.0, period=3.0, on_time=(1.0, 2.0)),
-    Outage(onset=(1.0, 9.0)),
-    HardOver(fraction=(0.3, 0.6)),
-    FrictionRise(factor=(2.0, 20.0), direction="either", rise=(1.0, 5.0)),
-    IntermittentShutdown(),
-    GyroBiasStep(size=(1e-4, 2e-4), onset=(1.0, 9.0)),
-    AttitudeSpike(angle=(0.1, 0.2), period=(3.0, 4.0), on_time=0.5),
+    faults.LossOfEffectiveness(effectiveness=(0.2, 0.6), amplitude=(0.1, 0.2), frequency=1.0, phase=(0.0, 6.0)),
+    faults.DriftingEffectiveness(onset=(1.0, 5.0), rise=(5.0, 9.0), effectiveness=(0.0, 0.4)),
+    faults.Bias(onset=(1.0, 9.0), constant=(0.02, 0.05), slope=1e-3, amplitude=0.03, frequency=0.4, random_sign=True),
+    faults.Bias(slope=(1e-3, 2e-3), duration=20.0, rise=2.0, fall=4.0, period=3.0, on_time=(1.0, 2.0)),
+    faults.Outage(onset=(1.0, 9.0)),
+    faults.HardOver(fraction=(0.3, 0.6)),
+    faults.FrictionRise(factor=(2.0, 20.0), direction="either", rise=(1.0, 5.0)),
+    faults.IntermittentShutdown(),
+    faults.GyroBiasStep(size=(1e-4, 2e-4), onset=(1.0, 9.0)),
+    faults.AttitudeSpike(angle=(0.1, 0.2), period=(3.0, 4.0), on_time=0.5),
 ]
-WHOLE = [LockInPlace(onset=(1.0, 9.0)), Seizure(), CommandDelay(), StarTrackerOutage()]
+WHOLE = [faults.LockInPlace(onset=(1.0, 9.0)), faults.Seizure(), faults.CommandDelay(), faults.StarTrackerOutage()]
 MAGNITUDES = (
     "effectiveness",
     "effectiveness_amplitude",
@@ -60,13 +42,13 @@ def of_kind(fault):
     return type(fault).__name__
 
 
-def drawn(faults, severity, count=400, **fields):
-    source = FaultDistribution(tuple(faults), severity=severity, **fields)
+def drawn(listed, severity, count=400, **fields):
+    source = faults.FaultDistribution(tuple(listed), severity=severity, **fields)
     return FLAGSHIP.replace(spacecraft=SPACECRAFT, faults=source).draw(3, count)
 
 
 def everything(severity, count=400):
-    return drawn([kind(onset=(2.0, 80.0)) for kind in KINDS], severity, count, fault_counts=(0.1, 0.4, 0.3, 0.2))
+    return drawn([kind(onset=(2.0, 80.0)) for kind in faults.KINDS], severity, count, fault_counts=(0.1, 0.4, 0.3, 0.2))
 
 
 def assert_healthy(episodes):
@@ -76,7 +58,7 @@ def assert_healthy(episodes):
 
 
 def test_the_lists_cover_every_kind():
-    assert {type(fault) for fault in GRADUAL + WHOLE} == set(KINDS)
+    assert {type(fault) for fault in GRADUAL + WHOLE} == set(faults.KINDS)
 
 
 @pytest.mark.parametrize("fault", GRADUAL + WHOLE, ids=of_kind)
@@ -93,8 +75,8 @@ def test_severity_zero_of_everything_is_the_healthy_scenario():
 
 
 def test_severity_one_is_what_the_kinds_say():
-    kinds = tuple(kind(onset=(2.0, 80.0)) for kind in KINDS)
-    plain = FaultDistribution(kinds, fault_counts=(0.1, 0.4, 0.3, 0.2))
+    kinds = tuple(kind(onset=(2.0, 80.0)) for kind in faults.KINDS)
+    plain = faults.FaultDistribution(kinds, fault_counts=(0.1, 0.4, 0.3, 0.2))
     without = FLAGSHIP.replace(spacecraft=SPACECRAFT, faults=plain).draw(3, 400)
     for name, array in everything(1.0).arrays().items():
         np.testing.assert_array_equal(array, without.arrays()[name], err_msg=name)
@@ -123,7 +105,8 @@ def test_what_a_fault_does_shrinks_in_proportion(fault):
     time, momentum = random.uniform(0.0, 40.0, 400), random.uniform(-2.0, 2.0, (400, 4))
     none = np.zeros((400, 4))
     whole, part = (
-        fault_effect(drawn([fault], severity).drawn_faults, time, WHEELS, momentum, none) for severity in (1.0, 0.4)
+        faults.fault_effect(drawn([fault], severity).drawn_faults, time, WHEELS, momentum, none)
+        for severity in (1.0, 0.4)
     )
     np.testing.assert_allclose(1.0 - part.effectiveness, 0.4 * (1.0 - whole.effectiveness), atol=1e-12)
     for name in ("bias", "rate_bias", "attitude_turn"):
@@ -166,13 +149,13 @@ def test_episodes_of_a_seed_grow_worse_monotonically():
 
 def test_a_fault_that_is_thinned_out_leaves_the_others_of_its_episode():
     """With two faults per episode, the second stays what and where it is, whether or not the first is there."""
-    faults = [LockInPlace(onset=(1.0, 9.0)), Bias(onset=(1.0, 9.0), constant=0.1)]
-    whole, part = (drawn(faults, severity, 1000, fault_counts=(0.0, 0.0, 1.0)) for severity in (1.0, 0.3))
-    there, biased = part.faults["kind"] > 0, whole.faults["kind"] == Bias.kind
+    listed = [faults.LockInPlace(onset=(1.0, 9.0)), faults.Bias(onset=(1.0, 9.0), constant=0.1)]
+    whole, part = (drawn(listed, severity, 1000, fault_counts=(0.0, 0.0, 1.0)) for severity in (1.0, 0.3))
+    there, biased = part.faults["kind"] > 0, whole.faults["kind"] == faults.Bias.kind
     np.testing.assert_array_equal(there[biased], True)
     np.testing.assert_allclose(part.faults["bias"][biased], 0.03)
     np.testing.assert_array_equal(part.faults["onset"][there], whole.faults["onset"][there])
-    locked = whole.faults["kind"] == LockInPlace.kind
+    locked = whole.faults["kind"] == faults.LockInPlace.kind
     assert there[locked].mean() == pytest.approx(0.3, abs=0.05)
     # Each of the two faults is there with probability 1/2 + 1/2 * 0.3, independently.
     counts = np.bincount(there.sum(axis=(1, 2)), minlength=3) / 1000
@@ -181,8 +164,8 @@ def test_a_fault_that_is_thinned_out_leaves_the_others_of_its_episode():
 
 def test_a_lock_that_occurs_is_impossible_or_not_at_any_severity():
     """The label looks at the effectiveness of a wheel; that of a locked one is zero at any severity."""
-    faults, counts = [LockInPlace(onset=(1.0, 9.0))], (0.0, 0.0, 0.0, 0.0, 1.0)
-    episodes = drawn(faults, 0.6, 300, fault_counts=counts)
+    listed, counts = [faults.LockInPlace(onset=(1.0, 9.0))], (0.0, 0.0, 0.0, 0.0, 1.0)
+    episodes = drawn(listed, 0.6, 300, fault_counts=counts)
     locked = (episodes.faults["kind"] > 0).sum(axis=(1, 2))
     assert not episodes.feasible[locked >= 2].any()  # two wheels cannot turn a body about three axes
     assert episodes.feasible[locked == 0].all()

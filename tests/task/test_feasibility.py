@@ -6,16 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from ftac_gym.faults import (
-    Bias,
-    FaultSchedule,
-    HardOver,
-    IntermittentShutdown,
-    LockInPlace,
-    LossOfEffectiveness,
-    Outage,
-    Seizure,
-)
+from ftac_gym import faults
 from ftac_gym.spacecraft import Spacecraft, WheelArray
 from ftac_gym.task import Disturbance, Harmonic, InitialState, Scenario
 from ftac_gym.task.feasibility import TORQUE_RESERVE
@@ -28,13 +19,13 @@ SIX = WheelArray(DISTANCE * np.array([[1, 1, 1, 1, 0, 0], [1, -1, 0, 0, 1, 1], [
 
 
 def feasible(
-    *faults, wheels=PYRAMID, duration=100.0, attitude=(1.0, 0.0, 0.0, 0.0), rate=(0.0,) * 3, momentum=0.0, **parts
+    *listed, wheels=PYRAMID, duration=100.0, attitude=(1.0, 0.0, 0.0, 0.0), rate=(0.0,) * 3, momentum=0.0, **parts
 ):
     scenario = Scenario(
         name="label",
         spacecraft=Spacecraft(np.diag([10.0, 12.0, 14.0]), wheels),
         initial_state=InitialState.fixed(attitude, rate, momentum),
-        faults=FaultSchedule(faults) if faults else None,
+        faults=faults.FaultSchedule(listed) if listed else None,
         duration=duration,
         **parts,
     )
@@ -48,7 +39,7 @@ def test_healthy_wheels_are_feasible():
         assert feasible(wheels=wheels)
 
 
-@pytest.mark.parametrize("kind", [Outage, LockInPlace])
+@pytest.mark.parametrize("kind", [faults.Outage, faults.LockInPlace])
 def test_one_dead_wheel(kind):
     for wheel in range(3):
         assert not feasible(kind(wheel=wheel, onset=5.0), wheels=ORTHOGONAL)
@@ -58,8 +49,8 @@ def test_one_dead_wheel(kind):
 
 def test_two_dead_wheels():
     for pair in itertools.combinations(range(4), 2):
-        assert not feasible(*(Outage(wheel=wheel) for wheel in pair), wheels=PYRAMID)
-        assert feasible(*(Outage(wheel=wheel) for wheel in pair), wheels=SIX)
+        assert not feasible(*(faults.Outage(wheel=wheel) for wheel in pair), wheels=PYRAMID)
+        assert feasible(*(faults.Outage(wheel=wheel) for wheel in pair), wheels=SIX)
 
 
 def test_hard_over_on_the_sign_pyramid():
@@ -67,14 +58,14 @@ def test_hard_over_on_the_sign_pyramid():
     edge = 1.0 - TORQUE_RESERVE
     for wheel, sign in itertools.product(range(4), (-1.0, 1.0)):
         for fraction, expected in ((1.0, False), (1.01 * edge, False), (0.99 * edge, True), (0.5, True)):
-            fault = HardOver(wheel=wheel, fraction=sign * fraction, random_sign=False, onset=40.0)
+            fault = faults.HardOver(wheel=wheel, fraction=sign * fraction, random_sign=False, onset=40.0)
             assert feasible(fault) == expected
 
 
 def test_equal_wheels_get_equal_labels():
     # 0.15 N m for 100 s fills the wheel, and so the three others to the brim: the edge of the envelope.
     labels = {
-        feasible(HardOver(wheel=wheel, fraction=sign * 0.75, random_sign=False))
+        feasible(faults.HardOver(wheel=wheel, fraction=sign * 0.75, random_sign=False))
         for wheel, sign in itertools.product(range(4), (-1.0, 1.0))
     }
     assert len(labels) == 1
@@ -83,28 +74,30 @@ def test_equal_wheels_get_equal_labels():
 def test_bias_counts_against_the_wheel_itself():
     free = (1.0 - TORQUE_RESERVE) * 0.2
     for sign in (-1.0, 1.0):
-        assert feasible(Bias(wheel=0, constant=0.99 * sign * free), wheels=ORTHOGONAL)
-        assert not feasible(Bias(wheel=0, constant=1.01 * sign * free), wheels=ORTHOGONAL)
+        assert feasible(faults.Bias(wheel=0, constant=0.99 * sign * free), wheels=ORTHOGONAL)
+        assert not feasible(faults.Bias(wheel=0, constant=1.01 * sign * free), wheels=ORTHOGONAL)
 
 
 def test_bias_is_judged_at_its_worst():
     free = (1.0 - TORQUE_RESERVE) * 0.2
     slow, fast = 0.99 * free / 80.0, 1.01 * free / 80.0
-    assert feasible(Bias(wheel=0, onset=20.0, slope=slow), wheels=ORTHOGONAL)
-    assert not feasible(Bias(wheel=0, onset=20.0, slope=fast), wheels=ORTHOGONAL)
-    assert feasible(Bias(wheel=0, onset=20.0, recovery=60.0, slope=fast), wheels=ORTHOGONAL)
-    assert not feasible(Bias(wheel=0, constant=-0.1, amplitude=0.07, frequency=1.0), wheels=ORTHOGONAL)
-    assert feasible(Bias(wheel=0, constant=-0.1, amplitude=0.05, frequency=1.0), wheels=ORTHOGONAL)
-    assert not feasible(Bias(wheel=0, amplitude=1.01 * free / 100.0, exponent=1.0, frequency=1.0), wheels=ORTHOGONAL)
-    assert feasible(Bias(wheel=0, amplitude=0.99 * free / 100.0, exponent=1.0, frequency=1.0), wheels=ORTHOGONAL)
+    assert feasible(faults.Bias(wheel=0, onset=20.0, slope=slow), wheels=ORTHOGONAL)
+    assert not feasible(faults.Bias(wheel=0, onset=20.0, slope=fast), wheels=ORTHOGONAL)
+    assert feasible(faults.Bias(wheel=0, onset=20.0, recovery=60.0, slope=fast), wheels=ORTHOGONAL)
+    assert not feasible(faults.Bias(wheel=0, constant=-0.1, amplitude=0.07, frequency=1.0), wheels=ORTHOGONAL)
+    assert feasible(faults.Bias(wheel=0, constant=-0.1, amplitude=0.05, frequency=1.0), wheels=ORTHOGONAL)
+    assert not feasible(
+        faults.Bias(wheel=0, amplitude=1.01 * free / 100.0, exponent=1.0, frequency=1.0), wheels=ORTHOGONAL
+    )
+    assert feasible(faults.Bias(wheel=0, amplitude=0.99 * free / 100.0, exponent=1.0, frequency=1.0), wheels=ORTHOGONAL)
 
 
 def test_loss_of_effectiveness_is_judged_at_its_worst():
     push = Disturbance(constant=(0.05, 0.0, 0.0))  # needs e * 0.8 * 0.2 >= 0.05, so e >= 0.3125
     for effectiveness, expected in ((0.32, True), (0.30, False)):
-        fault = LossOfEffectiveness(wheel=0, effectiveness=effectiveness)
+        fault = faults.LossOfEffectiveness(wheel=0, effectiveness=effectiveness)
         assert feasible(fault, wheels=ORTHOGONAL, disturbance=push) == expected
-        swinging = LossOfEffectiveness(wheel=0, effectiveness=effectiveness + 0.2, amplitude=0.2, frequency=1.0)
+        swinging = faults.LossOfEffectiveness(wheel=0, effectiveness=effectiveness + 0.2, amplitude=0.2, frequency=1.0)
         assert feasible(swinging, wheels=ORTHOGONAL, disturbance=push) == expected
 
 
@@ -119,31 +112,31 @@ def test_disturbance_must_leave_the_reserve(size, expected):
 
 def test_a_fault_after_the_end_does_not_count():
     for onset, expected in ((99.9, False), (100.0, True), (500.0, True)):
-        assert feasible(Outage(wheel=0, onset=onset), wheels=ORTHOGONAL) == expected
+        assert feasible(faults.Outage(wheel=0, onset=onset), wheels=ORTHOGONAL) == expected
 
 
 def test_momentum_of_a_runaway_wheel_must_fit_into_the_others():
     wheels = WheelArray(PYRAMID.axes, 0.2, (12.0, 4.0, 4.0, 4.0))
     fault = {"wheel": 0, "fraction": 0.25, "random_sign": False}  # 0.05 N m for 100 s pours 5 N m s
-    assert not feasible(HardOver(**fault), wheels=wheels)
-    assert feasible(HardOver(**fault), wheels=PYRAMID)
-    assert feasible(HardOver(**fault, recovery=79.0), wheels=wheels)
-    assert not feasible(HardOver(**fault, recovery=81.0), wheels=wheels)
-    assert feasible(HardOver(**fault, onset=21.0), wheels=wheels)
+    assert not feasible(faults.HardOver(**fault), wheels=wheels)
+    assert feasible(faults.HardOver(**fault), wheels=PYRAMID)
+    assert feasible(faults.HardOver(**fault, recovery=79.0), wheels=wheels)
+    assert not feasible(faults.HardOver(**fault, recovery=81.0), wheels=wheels)
+    assert feasible(faults.HardOver(**fault, onset=21.0), wheels=wheels)
     small = WheelArray(PYRAMID.axes, 0.2, (3.9, 4.0, 4.0, 4.0))  # ... but no more than the wheel itself can hold
-    assert feasible(HardOver(**fault), wheels=small)
+    assert feasible(faults.HardOver(**fault), wheels=small)
 
 
 def test_opposite_faults_at_different_times_do_not_cancel():
-    early = HardOver(wheel=0, fraction=1.0, random_sign=False, onset=0.0, recovery=10.0)
-    late = HardOver(wheel=0, fraction=-1.0, random_sign=False, onset=20.0, recovery=30.0)
+    early = faults.HardOver(wheel=0, fraction=1.0, random_sign=False, onset=0.0, recovery=10.0)
+    late = faults.HardOver(wheel=0, fraction=-1.0, random_sign=False, onset=20.0, recovery=30.0)
     assert not feasible(early) and not feasible(late)
     assert not feasible(early, late)
 
 
 def test_a_dead_wheel_with_a_bias_runs_away_too():
     wheels = WheelArray(PYRAMID.axes, 0.2, (12.0, 4.0, 4.0, 4.0))
-    assert not feasible(Outage(wheel=0), Bias(wheel=0, constant=0.05), wheels=wheels)
+    assert not feasible(faults.Outage(wheel=0), faults.Bias(wheel=0, constant=0.05), wheels=wheels)
 
 
 H = 12.0  # N m s: limit of the wheels of both arrays
@@ -170,7 +163,7 @@ def test_opposite_momenta_cancel_and_torquers_store_none():
     assert feasible(wheels=torquers, momentum=(0.9 * H,) * 3)
 
 
-@pytest.mark.parametrize("kind", [Outage, Seizure, IntermittentShutdown])
+@pytest.mark.parametrize("kind", [faults.Outage, faults.Seizure, faults.IntermittentShutdown])
 @pytest.mark.parametrize(("share", "expected"), [(0.99, True), (1.01, False)])
 def test_the_momentum_of_a_floating_or_seized_wheel_goes_to_the_others(kind, share, expected):
     # Three wheels of the sign pyramid hold a ball of sqrt(2/3) of their limit.
@@ -184,13 +177,13 @@ def test_the_momentum_of_a_floating_or_seized_wheel_goes_to_the_others(kind, sha
 
 def test_a_seized_wheel_counts_as_dead():
     for wheel in range(3):
-        assert not feasible(Seizure(wheel=wheel, onset=5.0), wheels=ORTHOGONAL)
+        assert not feasible(faults.Seizure(wheel=wheel, onset=5.0), wheels=ORTHOGONAL)
         # ... even if it would let go: the label looks at the worst moment.
-        assert not feasible(Seizure(wheel=wheel, onset=5.0, recovery=6.0), wheels=ORTHOGONAL)
+        assert not feasible(faults.Seizure(wheel=wheel, onset=5.0, recovery=6.0), wheels=ORTHOGONAL)
     for wheel in range(4):
-        assert feasible(Seizure(wheel=wheel, onset=5.0), wheels=PYRAMID)
-    assert not feasible(Seizure(wheel=0), Outage(wheel=2), wheels=PYRAMID)
-    assert feasible(Seizure(wheel=0), Outage(wheel=2), wheels=SIX)
+        assert feasible(faults.Seizure(wheel=wheel, onset=5.0), wheels=PYRAMID)
+    assert not feasible(faults.Seizure(wheel=0), faults.Outage(wheel=2), wheels=PYRAMID)
+    assert feasible(faults.Seizure(wheel=0), faults.Outage(wheel=2), wheels=SIX)
 
 
 @pytest.mark.parametrize("count", [1, 2])
