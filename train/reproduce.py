@@ -20,7 +20,8 @@ from tqdm import tqdm
 
 from ftac_gym.evaluation.tables import markdown
 from ftac_gym.reproduction import PAPERS
-from ftac_gym.reproduction.recorder import Plan, Recordings, record
+from ftac_gym.reproduction.recorder import record
+from ftac_gym.reproduction.recordings import Plan, Recordings
 from ftac_gym.reproduction.verdicts import claim_table
 from ftac_gym.utils.console import show_table
 

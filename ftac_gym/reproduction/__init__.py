@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from ftac_gym.evaluation.tables import Cells
 from ftac_gym.reproduction import cao_2022, chen_2018, li_2023, ma_2023, zhang_zhou_2019
-from ftac_gym.reproduction.recorder import Plan, Recordings
+from ftac_gym.reproduction.recordings import Plan, Recordings
 from ftac_gym.reproduction.verdicts import Finding, Measure, Reproduction, written
 
 

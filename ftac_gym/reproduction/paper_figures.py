@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from ftac_gym.plots import style
 from ftac_gym.plots.style import COLORS, INK, stroke
-from ftac_gym.reproduction.recorder import Recording
+from ftac_gym.reproduction.recordings import Recording
 from ftac_gym.task.prescribed_bound import PrescribedBound
 from ftac_gym.utils.parameters import FloatArray
 

@@ -13,7 +13,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from ftac_gym.evaluation.tables import Cells
-from ftac_gym.reproduction.recorder import Recording, Recordings
+from ftac_gym.reproduction.recordings import Recording, Recordings
 from ftac_gym.reproduction.wording import percent, settled
 from ftac_gym.utils.parameters import require
 

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ftac_gym.evaluation.tables import Cells
-from ftac_gym.reproduction.recorder import Recording
+from ftac_gym.reproduction.recordings import Recording
 
 Row = TypeVar("Row")
 Column = TypeVar("Column")

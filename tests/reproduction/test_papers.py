@@ -8,7 +8,8 @@ import pytest
 from ftac_gym import baselines
 from ftac_gym.reproduction import PAPERS
 from ftac_gym.reproduction.cao_2022 import measures as cao_2022_measures
-from ftac_gym.reproduction.recorder import Recordings, record
+from ftac_gym.reproduction.recorder import record
+from ftac_gym.reproduction.recordings import Recordings
 from ftac_gym.reproduction.variations import sampled, with_limit
 from ftac_gym.reproduction.verdicts import Claim, Finding, Verdict, claim_table, judge, written
 

@@ -8,7 +8,8 @@ import pytest
 from ftac_gym import scenarios
 from ftac_gym.attitude import angle_between, quaternion_from_mrp
 from ftac_gym.evaluation import rollout
-from ftac_gym.reproduction.recorder import Plan, record
+from ftac_gym.reproduction.recorder import record
+from ftac_gym.reproduction.recordings import Plan
 from ftac_gym.reproduction.variations import sampled, with_limit
 from ftac_gym.reproduction.wording import settled
 

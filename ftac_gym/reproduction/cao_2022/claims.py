@@ -7,7 +7,7 @@ import numpy as np
 from ftac_gym.reproduction.cao_2022 import measures
 from ftac_gym.reproduction.cao_2022.measures import TOLERANCE
 from ftac_gym.reproduction.cao_2022.plans import OBSERVERS, TIMES
-from ftac_gym.reproduction.recorder import Recording, Recordings
+from ftac_gym.reproduction.recordings import Recording, Recordings
 from ftac_gym.reproduction.verdicts import Finding, Measure
 from ftac_gym.reproduction.wording import listed, listed_times, seconds, settled
 

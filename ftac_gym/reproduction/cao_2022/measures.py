@@ -7,7 +7,7 @@ import numpy as np
 from ftac_gym.attitude import mrp_derivative
 from ftac_gym.baselines.components.predefined_time_gain import PredefinedTime
 from ftac_gym.baselines.observers import PRINTED_LEARNING
-from ftac_gym.reproduction.recorder import Recording, below_from
+from ftac_gym.reproduction.recordings import Recording, below_from
 from ftac_gym.reproduction.wording import seconds
 from ftac_gym.utils.parameters import FloatArray
 

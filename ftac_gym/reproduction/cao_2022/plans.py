@@ -7,7 +7,7 @@ from itertools import product
 
 from ftac_gym import scenarios
 from ftac_gym.faults import FaultSchedule
-from ftac_gym.reproduction.recorder import Plan
+from ftac_gym.reproduction.recordings import Plan
 from ftac_gym.reproduction.variations import UNLIMITED, sampled, with_limit
 from ftac_gym.task.initial_state import InitialState
 from ftac_gym.task.references import MRPSinusoid

@@ -11,7 +11,7 @@ from ftac_gym.evaluation.tables import Cells
 from ftac_gym.reproduction import paper_figures as figures
 from ftac_gym.reproduction.cao_2022.measures import FINE, closed_forms, sliding_variable
 from ftac_gym.reproduction.cao_2022.plans import EXPONENTS, LAYERS, LIMITS, OBSERVERS, PERIODS, TIMES
-from ftac_gym.reproduction.recorder import Recording, Recordings
+from ftac_gym.reproduction.recordings import Recording, Recordings
 from ftac_gym.reproduction.wording import grid, milliseconds, named, pairs, seconds, settled, table
 
 

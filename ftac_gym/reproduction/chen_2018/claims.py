@@ -10,7 +10,7 @@ import numpy as np
 from ftac_gym.reproduction.chen_2018 import measures, plans
 from ftac_gym.reproduction.chen_2018.measures import accurate, least, margin
 from ftac_gym.reproduction.chen_2018.plans import COMPARATORS, FACTORS, SCHEMES, SIGNS, bound
-from ftac_gym.reproduction.recorder import Recording, Recordings, below_from
+from ftac_gym.reproduction.recordings import Recording, Recordings, below_from
 from ftac_gym.reproduction.verdicts import Finding, Measure
 from ftac_gym.reproduction.wording import listed, listed_times, percent, seconds, settled
 

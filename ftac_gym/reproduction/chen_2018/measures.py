@@ -8,7 +8,7 @@ import numpy as np
 
 from ftac_gym.baselines.components.error_transformation import ErrorTransformation
 from ftac_gym.reproduction.chen_2018.plans import START, bound
-from ftac_gym.reproduction.recorder import Recording, below_from
+from ftac_gym.reproduction.recordings import Recording, below_from
 from ftac_gym.task.prescribed_bound import PrescribedBound
 from ftac_gym.utils.parameters import FloatArray
 

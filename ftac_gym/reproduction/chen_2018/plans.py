@@ -10,7 +10,7 @@ import numpy as np
 
 from ftac_gym import scenarios
 from ftac_gym.attitude import quaternion_from_mrp
-from ftac_gym.reproduction.recorder import Plan
+from ftac_gym.reproduction.recordings import Plan
 from ftac_gym.reproduction.variations import sampled, with_limit
 from ftac_gym.task.initial_state import InitialState
 from ftac_gym.task.prescribed_bound import PrescribedBound

@@ -10,7 +10,7 @@ from ftac_gym.reproduction import paper_figures as figures
 from ftac_gym.reproduction.chen_2018 import plans
 from ftac_gym.reproduction.chen_2018.measures import accurate, least, margin, outside, transformed, weight_bound
 from ftac_gym.reproduction.chen_2018.plans import SCHEMES, bound
-from ftac_gym.reproduction.recorder import Recordings
+from ftac_gym.reproduction.recordings import Recordings
 from ftac_gym.reproduction.wording import each, grid, milliseconds, named, percent, seconds, settled, table
 
 

@@ -11,7 +11,7 @@ from ftac_gym.reproduction.li_2023.inequalities import inequalities, refused, sy
 from ftac_gym.reproduction.li_2023.measures import CALM, FIRST, LATE, SECOND, final, rate_error, vibration_error
 from ftac_gym.reproduction.li_2023.model import loop_errors, term_errors
 from ftac_gym.reproduction.li_2023.plans import FAST, SCHEMES
-from ftac_gym.reproduction.recorder import Recording, Recordings
+from ftac_gym.reproduction.recordings import Recording, Recordings
 from ftac_gym.reproduction.verdicts import Finding, Measure
 from ftac_gym.reproduction.wording import listed, percent, seconds
 

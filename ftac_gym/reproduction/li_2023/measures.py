@@ -8,7 +8,7 @@ import numpy.typing as npt
 from ftac_gym.attitude import quaternion_error, quaternion_from_mrp
 from ftac_gym.baselines import synthesis
 from ftac_gym.baselines.components.takagi_sugeno import TriangularSets
-from ftac_gym.reproduction.recorder import Recording, below_from
+from ftac_gym.reproduction.recordings import Recording, below_from
 from ftac_gym.utils.parameters import FloatArray
 
 CALM = (15.0, 39.5)

@@ -8,7 +8,7 @@ from typing import Any
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.faults import FaultSchedule, LossOfEffectiveness
-from ftac_gym.reproduction.recorder import Plan
+from ftac_gym.reproduction.recordings import Plan
 from ftac_gym.reproduction.variations import sampled
 from ftac_gym.scenarios.li_2023 import START
 from ftac_gym.task.initial_state import InitialState

@@ -14,7 +14,7 @@ from ftac_gym.reproduction.li_2023.inequalities import inequalities
 from ftac_gym.reproduction.li_2023.measures import CALM, FIRST, LATE
 from ftac_gym.reproduction.li_2023.model import DURATION, MEMBERSHIPS, closed_loops, loop_errors, term_errors
 from ftac_gym.reproduction.li_2023.plans import BOUNDS, INTEGRATIONS, NOISES, OTHERS, PERIODS, SCHEMES
-from ftac_gym.reproduction.recorder import Recording, Recordings
+from ftac_gym.reproduction.recordings import Recording, Recordings
 from ftac_gym.reproduction.wording import each, grid, named, seconds, table
 
 NOISY = tuple(f"FASMC, noise {noise:g}" for noise in NOISES)

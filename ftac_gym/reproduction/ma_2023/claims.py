@@ -9,7 +9,7 @@ import numpy as np
 from ftac_gym.reproduction.ma_2023 import measures
 from ftac_gym.reproduction.ma_2023.measures import arrival, arrived, small
 from ftac_gym.reproduction.ma_2023.plans import ANGLES, HYSTERESES, SIGNS, SMOOTHINGS
-from ftac_gym.reproduction.recorder import Recording, Recordings
+from ftac_gym.reproduction.recordings import Recording, Recordings
 from ftac_gym.reproduction.verdicts import Finding, Measure
 from ftac_gym.reproduction.wording import listed, percent
 

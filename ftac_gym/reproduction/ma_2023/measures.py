@@ -8,7 +8,7 @@ import numpy.typing as npt
 from ftac_gym import baselines
 from ftac_gym.attitude import quaternion_conjugate, quaternion_from_mrp, quaternion_product, rotate_to_body
 from ftac_gym.reproduction.inverse_dynamics import reference_motion
-from ftac_gym.reproduction.recorder import Plan, Recording
+from ftac_gym.reproduction.recordings import Plan, Recording
 from ftac_gym.reproduction.variations import UNLIMITED, with_limit
 from ftac_gym.reproduction.wording import seconds
 from ftac_gym.task.initial_state import InitialState

@@ -9,7 +9,7 @@ from itertools import product
 from typing import Any
 
 from ftac_gym import scenarios
-from ftac_gym.reproduction.recorder import Plan
+from ftac_gym.reproduction.recordings import Plan
 from ftac_gym.reproduction.variations import UNLIMITED, sampled, with_limit
 from ftac_gym.task.disturbances import Disturbance
 from ftac_gym.task.initial_state import InitialState

@@ -13,7 +13,7 @@ from ftac_gym.evaluation.tables import Cells
 from ftac_gym.reproduction import paper_figures as figures
 from ftac_gym.reproduction.ma_2023 import measures, plans
 from ftac_gym.reproduction.ma_2023.measures import arrived, small
-from ftac_gym.reproduction.recorder import Plan, Recording, Recordings
+from ftac_gym.reproduction.recordings import Plan, Recording, Recordings
 from ftac_gym.reproduction.wording import each, grid, milliseconds, named, pairs, percent, table
 from ftac_gym.utils.parameters import FloatArray
 

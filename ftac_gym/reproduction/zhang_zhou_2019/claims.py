@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ftac_gym.reproduction.inverse_dynamics import peak_wheel_torque
-from ftac_gym.reproduction.recorder import Recording, Recordings
+from ftac_gym.reproduction.recordings import Recording, Recordings
 from ftac_gym.reproduction.verdicts import Finding, Measure
 from ftac_gym.reproduction.wording import listed, settled
 from ftac_gym.reproduction.zhang_zhou_2019 import measures

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ftac_gym.reproduction.recorder import Recording
+from ftac_gym.reproduction.recordings import Recording
 from ftac_gym.utils.parameters import FloatArray
 
 EFFECTIVENESS, BIAS = 0.5, 0.06

@@ -9,7 +9,7 @@ from ftac_gym import scenarios
 from ftac_gym.evaluation.tables import Cells
 from ftac_gym.reproduction import paper_figures as figures
 from ftac_gym.reproduction.inverse_dynamics import peak_wheel_torque
-from ftac_gym.reproduction.recorder import Recordings
+from ftac_gym.reproduction.recordings import Recordings
 from ftac_gym.reproduction.wording import grid, milliseconds, percent, seconds, settled, table
 from ftac_gym.reproduction.zhang_zhou_2019.plans import LAYERS, PERIODS, SAMPLED
 
