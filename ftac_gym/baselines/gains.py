@@ -43,7 +43,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ftac_gym.baselines.rules import Rule, text_of
+from ftac_gym.baselines.rules import Check, words_of
 from ftac_gym.utils.parameters import FloatArray, require
 
 
@@ -104,7 +104,7 @@ def parameter(
     default: Any,
     meaning: str = "",
     unit: str = "",
-    rule: Rule | None = None,
+    rule: Check | None = None,
     search: Range | SearchSpace | None = None,
     schedule: tuple[float, float] | None = None,
     share: Share | None = None,
@@ -227,7 +227,7 @@ def description(item: Field[Any]) -> str:
     unit = f" [{data['unit']}]" if data.get("unit") else ""
     text = f"{first}{unit}{stop}{rest}."
     rule = data.get("rule")
-    words = text_of(rule) if rule is not None else ""
+    words = words_of(rule) if rule is not None else ""
     return text if words in ("", "flag", "mapping", "finite") else f"{text} {words[0].upper()}{words[1:]}."
 
 

@@ -5,114 +5,75 @@ The functions ``positive``, ``non_negative`` and ``finite`` of :mod:`ftac_gym.ut
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from ftac_gym.utils.parameters import finite, positive, require, whole
 
-Rule = Callable[[Any, str], Any]
+Check = Callable[[Any, str], Any]
 """A function of a value and the name of its field that returns the value to use."""
 
 
 @dataclass(frozen=True)
-class Choice:
-    """One of a few texts."""
+class Rule:
+    """A check with its description.
 
-    choices: tuple[str, ...]
+    Parameters
+    ----------
+    words
+        Description in the documentation.
+    convert
+        Check of the type, which returns the value to use.
+    holds
+        Condition on that value; None for no condition.
+    demand
+        The condition in messages, after "must".
+    """
 
-    def __call__(self, value: Any, field: str) -> str:
-        """Return the value."""
-        require(value in self.choices, field, f"must be one of {list(self.choices)}", value)
-        return str(value)
-
-    def __str__(self) -> str:
-        """Return the rule in words."""
-        return "one of " + ", ".join(f'``"{choice}"``' for choice in self.choices)
-
-
-@dataclass(frozen=True)
-class Interval:
-    """A number between two ends, of which the upper one may be included."""
-
-    low: float
-    high: float
-    closed: bool = False
-
-    def __call__(self, value: Any, field: str) -> float:
-        """Return the value as a float."""
-        number = finite(value, field)
-        inside = self.low < number < self.high or (self.closed and number == self.high)
-        require(inside, field, f"must lie {self}", value)
-        return number
-
-    def __str__(self) -> str:
-        """Return the rule in words."""
-        return f"within ({self.low:g}, {self.high:g}{']' if self.closed else ')'}"
-
-
-@dataclass(frozen=True)
-class AtMost:
-    """A positive number up to an end."""
-
-    high: float
-
-    def __call__(self, value: Any, field: str) -> float:
-        """Return the value as a float."""
-        number = positive(value, field)
-        require(number <= self.high, field, f"must not exceed {self.high:g}", value)
-        return number
-
-    def __str__(self) -> str:
-        """Return the rule in words."""
-        return f"positive, at most {self.high:g}"
-
-
-@dataclass(frozen=True)
-class AtLeast:
-    """A finite number from an end on."""
-
-    low: float
-
-    def __call__(self, value: Any, field: str) -> float:
-        """Return the value as a float."""
-        require(self.low <= value < math.inf, field, f"must be at least {self.low:g}, and finite", value)
-        return float(value)
-
-    def __str__(self) -> str:
-        """Return the rule in words."""
-        return f"at least {self.low:g}"
-
-
-@dataclass(frozen=True)
-class Whole:
-    """A whole number from a least one on."""
-
-    least: int
-
-    def __call__(self, value: Any, field: str) -> int:
-        """Return the value as an int."""
-        return whole(value, self.least, field)
-
-    def __str__(self) -> str:
-        """Return the rule in words."""
-        return f"a whole number, at least {self.least}"
-
-
-@dataclass(frozen=True)
-class Optional:
-    """None, or a value that keeps another rule."""
-
-    rule: Rule
+    words: str
+    convert: Check
+    holds: Callable[[Any], bool] | None = None
+    demand: str = ""
 
     def __call__(self, value: Any, field: str) -> Any:
-        """Return the value."""
-        return None if value is None else self.rule(value, field)
+        """Return the value to use."""
+        converted = self.convert(value, field)
+        require(self.holds is None or self.holds(converted), field, f"must {self.demand}", value)
+        return converted
 
-    def __str__(self) -> str:
-        """Return the rule in words."""
-        return f"None or {text_of(self.rule)}"
+
+def choice(*choices: str) -> Rule:
+    """Return the rule of one of a few texts."""
+    words = "one of " + ", ".join(f'``"{text}"``' for text in choices)
+    return Rule(words, _unchanged, choices.__contains__, f"be one of {list(choices)}")
+
+
+def interval(low: float, high: float, closed: bool = False) -> Rule:
+    """Return the rule of a number between two ends, of which the upper one may be included."""
+    words = f"within ({low:g}, {high:g}{']' if closed else ')'}"
+    return Rule(words, finite, lambda number: low < number < high or (closed and number == high), f"lie {words}")
+
+
+def at_most(high: float) -> Rule:
+    """Return the rule of a positive number up to an end."""
+    return Rule(f"positive, at most {high:g}", positive, lambda number: number <= high, f"not exceed {high:g}")
+
+
+def at_least(low: float) -> Rule:
+    """Return the rule of a finite number from an end on."""
+    return Rule(f"at least {low:g}", finite, lambda number: number >= low, f"be at least {low:g}")
+
+
+def whole_number(least: int) -> Rule:
+    """Return the rule of a whole number from a least one on."""
+    return Rule(f"a whole number, at least {least}", lambda value, field: whole(value, least, field))
+
+
+def optional(rule: Check) -> Rule:
+    """Return the rule of None, or of a value that keeps another rule."""
+    words = f"None or {words_of(rule)}"
+    return Rule(words, lambda value, field: None if value is None else rule(value, field))
 
 
 def flag(value: Any, field: str) -> bool:
@@ -126,6 +87,10 @@ def mapping(value: Any, field: str) -> Mapping[str, Any] | None:
     return value
 
 
-def text_of(rule: Rule) -> str:
-    """Return a rule in words."""
-    return str(rule) if hasattr(rule, "__dataclass_fields__") else rule.__name__.replace("_", "-")
+def words_of(rule: Check) -> str:
+    """Return the description of a rule."""
+    return rule.words if isinstance(rule, Rule) else rule.__name__.replace("_", "-")
+
+
+def _unchanged(value: Any, field: str) -> Any:
+    return value

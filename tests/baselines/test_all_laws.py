@@ -1,4 +1,4 @@
-"""What every registered baseline keeps to: limits, batches, resets, its search space and its error messages."""
+"""Rules for every registered baseline: limits, batches, resets, its search space and its error messages."""
 
 import numpy as np
 import pytest
@@ -24,9 +24,9 @@ COUNT, STEPS = 4, 20
 
 
 def fits(name, scenario):
-    """Whether a baseline is for such craft: the printed learning observer has three wheels, fuzzy models bend.
+    """Tell whether a baseline suits a scenario: the printed learning observer has three wheels, fuzzy models bend.
 
-    Published gains are for a heavy craft.
+    Published gains are for a heavy spacecraft.
     """
     if name.startswith(("fuzzy", "aismc")):
         published = name not in ("fuzzy_smc_solved",)
@@ -44,7 +44,7 @@ every = pytest.mark.parametrize(
 
 
 def recorded(scenario, steps=STEPS, seed=1):
-    """Return measurements, with the truth, along flights of a few craft under random commands."""
+    """Return measurements, with the truth, along flights of a few spacecraft under random commands."""
     simulator, random = Simulator(scenario, COUNT), np.random.default_rng(seed)
     simulator.reset(scenario.draw(seed, COUNT))
     limits, measurements = scenario.spacecraft.wheels.torque_limits, []
@@ -54,10 +54,10 @@ def recorded(scenario, steps=STEPS, seed=1):
     return measurements
 
 
-def row(measurement, craft):
-    """Return the measurement of one craft."""
-    arrays = {key: array[[craft]] for key, array in vars(measurement).items() if key != "truth"}
-    truth = type(measurement.truth)(*(part[[craft]] for part in measurement.truth))
+def one_of(measurement, index):
+    """Return the measurement of one spacecraft."""
+    arrays = {key: array[[index]] for key, array in vars(measurement).items() if key != "truth"}
+    truth = type(measurement.truth)(*(part[[index]] for part in measurement.truth))
     return Measurement(**arrays, truth=truth)
 
 
@@ -92,8 +92,8 @@ def test_a_batch_equals_single_baselines_and_resets_by_mask(name, scenario):
             alone[0].reset()
             alone[3].reset(np.array([True]))
         command = together.act(measurement)
-        for craft, single in enumerate(alone):
-            np.testing.assert_allclose(command[[craft]], single.act(row(measurement, craft)), rtol=1e-9, atol=1e-12)
+        for row, single in enumerate(alone):
+            np.testing.assert_allclose(command[[row]], single.act(one_of(measurement, row)), rtol=1e-9, atol=1e-12)
 
 
 @every

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from helpers import controllers
-from helpers.laws import Craft, Learning, Plant, SlidingMode, Target, kinematic_matrix, mrp
+from helpers.laws import Learning, NominalModel, Plant, SlidingMode, Target, kinematic_matrix, mrp
 from scipy.integrate import solve_ivp
 
 from ftac_gym import baselines
@@ -27,7 +27,7 @@ TORQUE = np.array([[0.1, 0.05, -0.1], [0.1, 0.3, 0.5]])  # N m, constant and sin
 
 
 def task(wheels, period, reference=None, limit=5.0, faults=True):
-    """A craft with a varying loss of effectiveness, a bias and an external torque."""
+    """A spacecraft with a varying loss of effectiveness, a bias and an external torque."""
     axes, inertia = (three_orthogonal(), DIAGONAL) if wheels == 3 else (orthogonal_and_skew(), STRONG)
     schedule = (
         LossOfEffectiveness(wheel=0, onset=ONSET, effectiveness=0.5, amplitude=0.2, frequency=0.9, phase=0.3),
@@ -80,17 +80,17 @@ def flown(scenario, name, steps, **gains):
     return np.array(states), np.array(commands), np.array(estimates)
 
 
-def working(craft):
-    return Learning(craft, 2.0 * craft.inertia, 2.0 * craft.axes.T, 2.0 * craft.axes.T, full=0.1)
+def working(model):
+    return Learning(model, 2.0 * model.inertia, 2.0 * model.axes.T, 2.0 * model.axes.T, full=0.1)
 
 
-def corrected(craft):
-    return Learning(craft, 2.0 * craft.inertia, craft.axes.T, craft.axes.T)
+def corrected(model):
+    return Learning(model, 2.0 * model.inertia, model.axes.T, model.axes.T)
 
 
-def printed(craft):
+def printed(model):
     first, second = np.diag([8.0, 15.0, 12.0]), np.diag([20.0, 3.0, 8.0])
-    return Learning(craft, np.diag([80.0, 50.0, 60.0]), first, second, forgetting=0.9, switching=2.5, full=None)
+    return Learning(model, np.diag([80.0, 50.0, 60.0]), first, second, forgetting=0.9, switching=2.5, full=None)
 
 
 RAW = {"attitude_filter_time": 0.0}
@@ -119,9 +119,9 @@ def test_flights_agree_with_an_independent_implementation(case):
     moving = case in MOVING
     limit = 20.0 if "acceleration" in case else 2.0 if "saturated" in case else 5.0
     scenario = task(wheels, period, MRPSinusoid(**WAVE) if moving else None, limit)
-    craft = Craft(scenario, Target(**WAVE) if moving else None)
-    watching = None if observer is None else observer(craft)
-    law = controller(craft, watching, **{key: value for key, value in gains.items() if hasattr(controller, "GAINS")
+    model = NominalModel(scenario, Target(**WAVE) if moving else None)
+    watching = None if observer is None else observer(model)
+    law = controller(model, watching, **{key: value for key, value in gains.items() if hasattr(controller, "GAINS")
                                          and key in controller.GAINS})  # fmt: skip
     believed = []
 
@@ -131,7 +131,7 @@ def test_flights_agree_with_an_independent_implementation(case):
         return command
 
     start = np.append(quaternion_from_mrp(np.array(SIGMA)), RATE)
-    states, commands = Plant(craft, *truth(wheels)).history(recorded, start, steps)
+    states, commands = Plant(model, *truth(wheels)).history(recorded, start, steps)
     theirs, their_commands, estimates = flown(scenario, name, steps, **gains)
     np.testing.assert_allclose(theirs, states, atol=1e-8)
     np.testing.assert_allclose(their_commands, commands, atol=1e-6)  # N m
@@ -146,8 +146,8 @@ def test_a_shorter_period_converges_to_the_continuous_loop():
     """To first order, for a smooth layer and as long as no component of sigma, whose root is in the law, is zero."""
     layer, duration = 0.3, 0.8
     base = task(4, 0.005, limit=1e6, faults=False)
-    craft = Craft(base)
-    law = controllers.Stabilisation(craft, layer=layer)
+    model = NominalModel(base)
+    law = controllers.Stabilisation(model, layer=layer)
 
     def derivative(time, state):
         q, w = state[:4], state[4:7]
@@ -157,9 +157,9 @@ def test_a_shorter_period_converges_to_the_continuous_loop():
         distance = np.linalg.norm(s)
         return np.concatenate([
             0.5 * np.append(-q[1:] @ w, q[0] * w + np.cross(q[1:], w)),
-            craft.inverse @ (torque - craft.gyroscopic(w)),
-            [0.01 * distance * np.linalg.norm(kinematic_matrix(sigma) @ w), 0.001 * distance * craft.norms],
-            np.outer(law.network(w), craft.inverse @ s).ravel(),
+            model.inverse @ (torque - model.gyroscopic(w)),
+            [0.01 * distance * np.linalg.norm(kinematic_matrix(sigma) @ w), 0.001 * distance * model.norms],
+            np.outer(law.network(w), model.inverse @ s).ravel(),
         ])  # fmt: skip
 
     start = np.concatenate([quaternion_from_mrp(np.array(SIGMA)), RATE, np.zeros(17)])

@@ -1,4 +1,4 @@
-"""Where laws get their faults from: nowhere, an observer, or the truth."""
+"""Source of the fault estimate of a controller: none, an observer, or the truth."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What baselines remember, craft by craft, and how they pose as agents."""
+"""Memory of baselines by spacecraft, and their adapter to the interface of agents."""
 
 import copy
 
@@ -36,10 +36,10 @@ def recorded(name="pd", scenario=FLAGSHIP, count=COUNT, steps=STEPS):
     return measurements
 
 
-def one_of(measurement, craft):
-    """Return the measurement of one craft."""
-    parts = {name: array[craft : craft + 1] for name, array in vars(measurement).items() if name != "truth"}
-    truth = measurement.truth and FaultEffect(*(part[craft : craft + 1] for part in measurement.truth))
+def one_of(measurement, index):
+    """Return the measurement of one spacecraft."""
+    parts = {name: array[index : index + 1] for name, array in vars(measurement).items() if name != "truth"}
+    truth = measurement.truth and FaultEffect(*(part[index : index + 1] for part in measurement.truth))
     return type(measurement)(**parts, truth=truth)
 
 
@@ -74,8 +74,8 @@ def test_a_batch_equals_single_baselines(name, scenario):
     alone = [baselines.make(name, scenario) for _ in range(COUNT)]
     for measurement in recorded(name, scenario):
         command = together.act(measurement)
-        for craft, single in enumerate(alone):
-            np.testing.assert_allclose(command[craft : craft + 1], single.act(one_of(measurement, craft)), atol=1e-13)
+        for row, single in enumerate(alone):
+            np.testing.assert_allclose(command[row : row + 1], single.act(one_of(measurement, row)), atol=1e-13)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -107,7 +107,7 @@ def test_a_reset_matters(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_act_only_moves_on_the_chosen_craft(name):
+def test_act_only_moves_on_the_chosen_spacecraft(name):
     measurements = recorded(name)
     partly, wholly, waiting = (baselines.make(name, FLAGSHIP, COUNT) for _ in range(3))
     mask = np.array([True, False, True, False, False])
@@ -153,7 +153,7 @@ SHORT = {"duration": 6.0}
 
 
 def single_trajectory(name, seed, steps):
-    """Return observations of one craft flown by hand: reset the baseline at every start, act on the measurement."""
+    """Return observations of one spacecraft whose baseline is reset at every start and acts on the measurement."""
     env = SpacecraftFTCEnv(**SHORT)
     baseline, truth = baselines.make(name, env.scenario), is_oracle(name, env.scenario)
     limits = env.scenario.spacecraft.wheels.torque_limits
@@ -168,7 +168,7 @@ def single_trajectory(name, seed, steps):
 
 
 def build(kind):
-    """Return an environment of three craft, or of one, that resets by itself."""
+    """Return an environment of three spacecraft, or of one, that resets by itself."""
     if kind == "single":
         return gym.make("SpacecraftFTC-v0", **SHORT)
     if kind == "native":
@@ -187,7 +187,7 @@ def build(kind):
 def test_as_policy_flies_as_the_baseline_does(kind, name):
     env, steps = build(kind), 70
     count = 1 if kind == "single" else 3
-    expected = np.stack([single_trajectory(name, 5 + craft, steps) for craft in range(count)], axis=1)
+    expected = np.stack([single_trajectory(name, 5 + row, steps) for row in range(count)], axis=1)
     policy = baselines.make(name, FLAGSHIP.replace(**SHORT), count).as_policy(env)
     stable_baselines = hasattr(env, "step_async")
     if stable_baselines:
@@ -240,12 +240,12 @@ def test_evaluate_policy_of_stable_baselines(kind):
     returns, lengths = evaluate_policy(policy, env, n_eval_episodes=3, return_episode_rewards=True)
     assert lengths == [60, 60, 60]
     single = SpacecraftFTCEnv(**SHORT)
-    for craft in range(3):
-        single.reset(seed=5 + craft)
+    for row in range(3):
+        single.reset(seed=5 + row)
         baseline, total = baselines.make("pd", single.scenario), 0.0
         for _ in range(60):
             total += single.step(baseline.act(single.measurement())[0] / 0.2)[1]
-        assert returns[craft] == pytest.approx(total, rel=1e-5, abs=1e-4)
+        assert returns[row] == pytest.approx(total, rel=1e-5, abs=1e-4)
 
 
 @pytest.mark.parametrize("env", [gym.make("CartPole-v1"), 3, None])

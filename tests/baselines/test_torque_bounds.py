@@ -15,19 +15,19 @@ MA, SHEN = scenarios.get("ma_2023_faulty"), scenarios.get("shen_2019")
 FREE = MA.replace(spacecraft=Spacecraft(MA.spacecraft.inertia, WheelArray(np.eye(3).tolist(), 1e9)))
 C1, C2 = 5e-2, 4.71e-3  # rad/s, rad/s^2, Eq. (44)
 LARGEST_INERTIA = 22.7995  # kg m^2, J_M
-CRAFT = 6
+COUNT = 6
 HSFC = ("hsfc", "hsfc_componentwise", "hsfc_sliding", "hsfc_floor")
 
 
-def make(name, craft=CRAFT, **gains):
+def make(name, count=COUNT, **gains):
     """A law for wheels without a limit; hsfc_sliding is hsfc with u2 along S."""
     if name == "hsfc_sliding":
         name, gains = "hsfc", {"compensation": "sliding", **gains}
-    return baselines.make(name, FREE, craft, **gains)
+    return baselines.make(name, FREE, count, **gains)
 
 
 def seen(attitude, rate, reference_rate=(0.0, 0.0, 0.0), reference_acceleration=(0.0, 0.0, 0.0), wheels=3):
-    """A measurement of craft with these attitudes and rates; the reference is the identity and turns."""
+    """A measurement of spacecraft with these attitudes and rates; the reference is the identity and turns."""
     attitude = np.atleast_2d(np.array(attitude, dtype=float))
     count = len(attitude)
     identity, none = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1)), np.zeros((count, wheels))
@@ -39,8 +39,8 @@ def seen(attitude, rate, reference_rate=(0.0, 0.0, 0.0), reference_acceleration=
 
 
 def unit(random, columns, largest=1.0):
-    """Vectors (CRAFT, columns) of length ``largest``; the first along an axis, the second along a diagonal."""
-    vectors = random.normal(size=(CRAFT, columns))
+    """Vectors (COUNT, columns) of length ``largest``; the first along an axis, the second along a diagonal."""
+    vectors = random.normal(size=(COUNT, columns))
     vectors[0] = np.eye(columns)[random.integers(columns)] * random.choice([-1.0, 1.0])
     vectors[1] = random.choice([-1.0, 1.0], columns)
     return largest * vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
@@ -74,11 +74,11 @@ situations = st.fixed_dictionaries(
 
 
 def demands(law, seed, calls, speed, c1, c2):
-    """Torques (calls, CRAFT, 3) on the body, between errors that jump about."""
+    """Torques (calls, COUNT, 3) on the body, between errors that jump about."""
     random, torques = np.random.default_rng(seed), []
     for _ in range(calls):
         measurement = seen(
-            unit(random, 4), speed * random.normal(size=(CRAFT, 3)), unit(random, 3, c1), unit(random, 3, c2)
+            unit(random, 4), speed * random.normal(size=(COUNT, 3)), unit(random, 3, c1), unit(random, 3, c2)
         )
         torques.append(law.act(measurement))
     return np.array(torques)
@@ -117,9 +117,9 @@ def test_shen_class_keeps_its_limit(gains, situation):
     """|u| <= u_max over all wheels together, and |D u| <= u_max / |D^+|."""
     wheels = SHEN.spacecraft.wheels
     limit, axes = wheels.torque_limits.min(), wheels.axis_matrix
-    law, random = baselines.make("shen_class", SHEN, CRAFT, **gains), np.random.default_rng(situation["seed"])
+    law, random = baselines.make("shen_class", SHEN, COUNT, **gains), np.random.default_rng(situation["seed"])
     for _ in range(situation["calls"]):
-        rate = situation["speed"] * random.normal(size=(CRAFT, 3))
+        rate = situation["speed"] * random.normal(size=(COUNT, 3))
         command = law.act(seen(unit(random, 4), rate, wheels=4))
         assert (np.linalg.norm(command, axis=1) <= limit * (1.0 + 1e-9)).all()
         reach = limit / np.linalg.norm(np.linalg.pinv(axes), 2)
@@ -169,7 +169,7 @@ def test_the_bound_of_the_componentwise_form_is_the_printed_one(share):
 
 
 def test_the_printed_law_exceeds_the_printed_bound():
-    """At rates that a craft has: all three wheels beyond (21), and beyond the 10 N m of the wheels."""
+    """At rates that a spacecraft has: all three wheels beyond (21), and beyond the 10 N m of the wheels."""
     measurement = seen([0.9, 0.25, 0.25, 0.25] / np.linalg.norm([0.9, 0.25, 0.25, 0.25]), [0.05, 0.05, 0.05])
     torque = np.abs(make("hsfc", 1).act(measurement))
     assert (torque > 1.25 * printed(0.2)).all()

@@ -1,4 +1,4 @@
-"""The controllers of the two papers for one craft, from the equations: command, sliding variable and its derivative.
+"""The controllers of two papers for one spacecraft, from the equations: command, sliding variable, its derivative.
 
 Each law has ``state(time, q, w)``, which returns s, its designed derivative on the nominal plant without faults, and
 the torque on the body that the law asks for; and is called as ``law(time, q, w, last command)``.
@@ -25,8 +25,8 @@ def parabola(x, r, mu):
 
 
 class Controller:
-    def __init__(self, craft, observer=None, **gains):
-        self.craft, self.observer = craft, observer or Perfect(craft)
+    def __init__(self, model, observer=None, **gains):
+        self.model, self.observer = model, observer or Perfect(model)
         for name, value in {**self.GAINS, **gains}.items():
             setattr(self, name, value)
 
@@ -34,17 +34,17 @@ class Controller:
         torque = self.state(time, q, w)[2]
         self.observer.update(w, last)
         self.adapt(time, q, w)
-        return np.clip(self.to_wheels(torque), -self.craft.limits, self.craft.limits)
+        return np.clip(self.to_wheels(torque), -self.model.limits, self.model.limits)
 
     def adapt(self, time, q, w):
         pass
 
 
 class ZhangZhou(Controller):
-    """What both laws of Zhang and Zhou share: network and allocation."""
+    """Network and allocation of both laws of Zhang and Zhou."""
 
-    def __init__(self, craft, observer=None, **gains):
-        super().__init__(craft, observer, **gains)
+    def __init__(self, model, observer=None, **gains):
+        super().__init__(model, observer, **gains)
         self.weights = np.zeros((5, 3))
 
     def network(self, w):
@@ -52,16 +52,16 @@ class ZhangZhou(Controller):
         return np.array([np.exp(-np.sum((w - c) ** 2)) for c in (-1.0, -0.5, 0.0, 0.5, 1.0)])
 
     def train(self, s, w):
-        self.weights = self.weights + self.craft.period * self.network_gain * np.outer(
-            self.network(w), self.craft.inverse.T @ s
+        self.weights = self.weights + self.model.period * self.network_gain * np.outer(
+            self.network(w), self.model.inverse.T @ s
         )
 
     def to_wheels(self, torque):
-        known = torque - self.craft.axes @ self.observer.bias
-        return self.craft.spread(known, self.observer.effectiveness, 2.0)
+        known = torque - self.model.axes @ self.observer.bias
+        return self.model.spread(known, self.observer.effectiveness, 2.0)
 
     def torque(self, w, acceleration):
-        return self.craft.inertia @ acceleration + self.craft.gyroscopic(w) - self.weights.T @ self.network(w)
+        return self.model.inertia @ acceleration + self.model.gyroscopic(w) - self.weights.T @ self.network(w)
 
 
 class Stabilisation(ZhangZhou):
@@ -79,18 +79,18 @@ class Stabilisation(ZhangZhou):
 
     def state(self, time, q, w):
         sigma, turning, s = self.errors(q, w)
-        robust = self.chi * np.linalg.norm(turning) + self.rho * self.craft.norms
+        robust = self.chi * np.linalg.norm(turning) + self.rho * self.model.norms
         wanted = exponential(s, self.reaching_linear, self.reaching_switching, self.layer)
         wanted = wanted - robust * sign(s, self.layer)
         left = self.linear * turning + self.terminal * self.exponent * np.abs(sigma) ** (self.exponent - 1.0) * turning
-        unknown = self.craft.inverse @ (self.weights.T @ self.network(w))
+        unknown = self.model.inverse @ (self.weights.T @ self.network(w))
         return s, wanted - unknown + left, self.torque(w, wanted)
 
     def adapt(self, time, q, w):
         _, turning, s = self.errors(q, w)
-        h, distance = self.craft.period, np.linalg.norm(s)
+        h, distance = self.model.period, np.linalg.norm(s)
         self.chi += h * self.rate_bound_gain * distance * np.linalg.norm(turning)
-        self.rho += h * self.fault_bound_gain * distance * self.craft.norms
+        self.rho += h * self.fault_bound_gain * distance * self.model.norms
         self.train(s, w)
 
 
@@ -105,7 +105,7 @@ class Tracking(ZhangZhou):
     omega, eta = 0.0, 1.0
 
     def errors(self, time, q, w):
-        sigma, (target, first, second), c = mrp(q), self.craft.target.mrp(time), self.virtual_gain
+        sigma, (target, first, second), c = mrp(q), self.model.target.mrp(time), self.virtual_gain
         matrix = kinematic_matrix(sigma)
         inverse = np.linalg.inv(matrix)
         z1 = sigma - target
@@ -126,12 +126,12 @@ class Tracking(ZhangZhou):
         known = self.terminal * slope * z1_rate
         wanted = robust + change - self.linear * z1_rate - (known if self.feed_forward else 0.0)
         left = 0.0 if self.feed_forward else known
-        unknown = self.craft.inverse @ (self.weights.T @ self.network(w))
+        unknown = self.model.inverse @ (self.weights.T @ self.network(w))
         return s, robust + left - unknown, self.torque(w, wanted)
 
     def adapt(self, time, q, w):
         _, _, _, coupling, s = self.errors(time, q, w)
-        h, square = self.craft.period, s @ s
+        h, square = self.model.period, s @ s
         self.omega += h * self.bound_gain * np.sqrt(square)
         slope = (self.eta * square - self.coupling_high) / (square + self.coupling_low) * coupling / self.eta
         self.eta = max(self.eta + h * self.coupling_gain * slope, self.smallest_eta)
@@ -154,7 +154,7 @@ class PTC(Controller):
     }  # fmt: skip
 
     def state(self, time, q, w):
-        sigma, (target, first, second) = mrp(q), self.craft.target.mrp(time)
+        sigma, (target, first, second) = mrp(q), self.model.target.mrp(time)
         matrix = kinematic_matrix(sigma)
         z1, z2 = sigma - target, matrix @ w - first
         gain, slope = predefined(0.5 * z1 @ z1, self.position_exponent, self.position_time)
@@ -162,37 +162,37 @@ class PTC(Controller):
         xi_rate = gain * z2 + slope * (z1 @ z2) * z1
         reaching = predefined(0.5 * s @ s, self.rate_exponent, self.rate_time)[0] * s
         switched = self.switching_gain * sign(s, self.layer)
-        to_torque = self.craft.inertia @ np.linalg.inv(matrix)
+        to_torque = self.model.inertia @ np.linalg.inv(matrix)
         turned = kinematic_matrix_rate(sigma, matrix @ w) @ w
-        torque = self.craft.gyroscopic(w) - to_torque @ (turned - second + xi_rate + reaching)
+        torque = self.model.gyroscopic(w) - to_torque @ (turned - second + xi_rate + reaching)
         if self.switching_form == "torque":
-            return s, -reaching - matrix @ self.craft.inverse @ switched, torque - switched
+            return s, -reaching - matrix @ self.model.inverse @ switched, torque - switched
         return s, -reaching - switched, torque - to_torque @ switched
 
     def to_wheels(self, torque):
-        known = torque - self.craft.axes @ self.observer.bias
-        return np.linalg.pinv(self.craft.axes @ np.diag(np.maximum(self.observer.effectiveness, 0.05))) @ known
+        known = torque - self.model.axes @ self.observer.bias
+        return np.linalg.pinv(self.model.axes @ np.diag(np.maximum(self.observer.effectiveness, 0.05))) @ known
 
 
 class Relative(Controller):
     """Laws in the error MRP: the subclass says what s, s' and w_e' are."""
 
     def state(self, time, q, w):
-        target, target_rate, target_acceleration = self.craft.target.body(time)
+        target, target_rate, target_acceleration = self.model.target.body(time)
         error = relative(q, target)
         turn = rotation(error)
         sigma, w_e = mrp(error), w - turn @ target_rate
         s, designed, acceleration = self.design(sigma, w_e)
         moving = turn @ target_acceleration - np.cross(w_e, turn @ target_rate)
-        return s, designed, self.craft.inertia @ (acceleration + moving) + self.craft.gyroscopic(w)
+        return s, designed, self.model.inertia @ (acceleration + moving) + self.model.gyroscopic(w)
 
     def to_wheels(self, torque):
-        craft, seen = self.craft, self.observer
-        needed = torque - craft.axes @ seen.bias - seen.disturbance
-        command = craft.minimax(needed)
-        missing = needed - craft.axes @ (seen.effectiveness * command)
-        command = command + craft.spread(missing, np.maximum(seen.effectiveness, 0.05), 1.0)
-        return command / max(1.0, (np.abs(command) / craft.limits).max())
+        model, seen = self.model, self.observer
+        needed = torque - model.axes @ seen.bias - seen.disturbance
+        command = model.minimax(needed)
+        missing = needed - model.axes @ (seen.effectiveness * command)
+        command = command + model.spread(missing, np.maximum(seen.effectiveness, 0.05), 1.0)
+        return command / max(1.0, (np.abs(command) / model.limits).max())
 
 
 class TSMC(Relative):

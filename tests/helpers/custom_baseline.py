@@ -27,13 +27,13 @@ class CustomBaseline(Baseline):
 
 
 class CustomTelemetry(CustomBaseline):
-    """Says that it knows more."""
+    """The same with a higher tier of information."""
 
     information = "telemetry"
 
 
 class CustomOracle(CustomBaseline):
-    """Says that it knows the truth."""
+    """The same with the tier of the truth."""
 
     information = "oracle"
 

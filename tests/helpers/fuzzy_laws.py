@@ -1,4 +1,4 @@
-"""The observer and the laws of Li, Xu and Chang 2023 for one craft, written out from the paper rule by rule.
+"""The observer and the laws of Li, Xu and Chang 2023 for one spacecraft, written out from the paper rule by rule.
 
 Nothing of the package's model, observers or laws is used; gains, which are data, are handed in.
 """
@@ -24,8 +24,8 @@ def firing(rate):
     return shares
 
 
-class FlexibleCraft:
-    """Eqs. (2), (6)-(9) of a nominal flexible craft."""
+class FlexibleModel:
+    """Eqs. (2), (6)-(9) of a nominal flexible spacecraft."""
 
     def __init__(self, spacecraft):
         modes = spacecraft.appendages
@@ -43,7 +43,7 @@ class FlexibleCraft:
         return -self.input @ skew(rate) @ self.inertia
 
     def vibration_torque(self, rate, eta, swing):
-        """What the appendages do to the body [N m], with w in the place of a corner."""
+        """Torque of the appendages on the body [N m], with w in the place of a corner."""
         delta = self.delta
         return delta.T @ (self.stiffness @ eta + self.damping @ swing) - skew(rate) @ delta.T @ swing
 
@@ -60,16 +60,16 @@ class ReferenceObserver:
     """Eqs. (16), (17) with sums over the rules, either with y' or with the integral of Eq. (22)."""
 
     def __init__(self, spacecraft, gains, torque_bound=None, vibration_bound=None):
-        self.craft, self.gains = FlexibleCraft(spacecraft), gains
+        self.model, self.gains = FlexibleModel(spacecraft), gains
         self.torque_bound, self.vibration_bound = torque_bound, vibration_bound
 
     def outputs(self, state, rate):
         """The wanted and the allowed f^, varpi^ and eta^, eta^'."""
-        gains, mismatch, count = self.gains, rate - state[:3], self.craft.count
+        gains, mismatch, count = self.gains, rate - state[:3], self.model.count
         wanted = state[3:6] + gains.fault_proportional @ mismatch
         fault = wanted if self.torque_bound is None else np.clip(wanted, -self.torque_bound, self.torque_bound)
         whole = state[6:] + gains.vibration_proportional @ mismatch
-        vibration = np.append(whole[:count], whole[count:] - self.craft.delta @ rate)
+        vibration = np.append(whole[:count], whole[count:] - self.model.delta @ rate)
         if self.vibration_bound is not None and np.abs(vibration).sum() > self.vibration_bound:
             vibration = vibration * self.vibration_bound / np.abs(vibration).sum()
         return wanted, fault, whole, vibration
@@ -86,8 +86,8 @@ class ReferenceObserver:
 
     def derivative(self, state, rate, acceleration, torque):
         """The slope of x^, f^ and varpi^ as printed, without bounds; the rate has to have a derivative."""
-        gains, count = self.gains, self.craft.count
-        vibration = np.append(state[6 : 6 + count], state[6 + count :] - self.craft.delta @ rate)
+        gains, count = self.gains, self.model.count
+        vibration = np.append(state[6 : 6 + count], state[6 + count :] - self.model.delta @ rate)
         change, f_change, v_change = self._sums(state[:3], state[3:6], state[6:], vibration, rate, torque)
         drift = acceleration - change
         f_change, v_change = (
@@ -97,27 +97,27 @@ class ReferenceObserver:
         return np.concatenate([change, f_change, v_change])
 
     def _sums(self, estimated, fault, whole, vibration, rate, torque):
-        craft, gains = self.craft, self.gains
-        mismatch, count = rate - estimated, craft.count
+        model, gains = self.model, self.gains
+        mismatch, count = rate - estimated, model.count
         change, f_change, v_change = np.zeros(3), np.zeros(3), np.zeros(2 * count)
         eta, swing = vibration[:count], vibration[count:]
         whole_eta, whole_swing = whole[:count], whole[count:]
         own = np.append(
-            whole_swing - craft.delta @ rate,
-            -craft.stiffness @ whole_eta - craft.damping @ whole_swing + craft.damping @ craft.delta @ rate,
+            whole_swing - model.delta @ rate,
+            -model.stiffness @ whole_eta - model.damping @ whole_swing + model.damping @ model.delta @ rate,
         )
         for rule, (share, corner) in enumerate(zip(firing(rate), CORNERS, strict=True)):
-            push = torque + fault + craft.vibration_torque(corner, eta, swing)
-            change += share * (craft.state(corner) @ estimated + craft.input @ push + gains.rate[rule] @ mismatch)
+            push = torque + fault + model.vibration_torque(corner, eta, swing)
+            change += share * (model.state(corner) @ estimated + model.input @ push + gains.rate[rule] @ mismatch)
             f_change += share * gains.fault[rule] @ mismatch
             v_change += share * (own + gains.vibration[rule] @ mismatch)
         return change, f_change, v_change
 
     def begin(self, rate, know_rate=True):
         """f^ = 0, and either w^ = w and a still appendage, or w^ = 0 and varpi^ = 0."""
-        count = self.craft.count
+        count = self.model.count
         if know_rate:
-            return np.concatenate([rate, np.zeros(3 + count), self.craft.delta @ rate])
+            return np.concatenate([rate, np.zeros(3 + count), self.model.delta @ rate])
         gains = self.gains
         return np.concatenate([np.zeros(3), -gains.fault_proportional @ rate, -gains.vibration_proportional @ rate])
 
@@ -130,13 +130,13 @@ class ReferenceObserver:
             else:
                 state = self._sampled(state, before, rate, command, period, substeps, interpolate, euler)
             _, fault, _, vibration = self.outputs(state, rate)
-            count = self.craft.count
-            results.append(np.append(fault, self.craft.vibration_torque(rate, vibration[:count], vibration[count:])))
+            count = self.model.count
+            results.append(np.append(fault, self.model.vibration_torque(rate, vibration[:count], vibration[count:])))
             before = rate
         return np.array(results)
 
     def _sampled(self, state, before, after, command, period, substeps, interpolate, euler):
-        torque, h = self.craft.axes @ command, period / substeps
+        torque, h = self.model.axes @ command, period / substeps
 
         def slope(time, x):
             rate = before + time / period * (after - before) if interpolate else before
@@ -162,7 +162,7 @@ class Law:
     """Errors (3)-(5), s (39) and g(s) (36), for an attitude, a rate and a reference (q_d, w_d, w_d')."""
 
     def __init__(self, spacecraft, beta=2.0, short_way=False, feedback=None):
-        self.craft, self.beta, self.short_way = FlexibleCraft(spacecraft), beta, short_way
+        self.model, self.beta, self.short_way = FlexibleModel(spacecraft), beta, short_way
         self.feedback = feedback
 
     def errors(self, q, w, reference):
@@ -178,9 +178,9 @@ class Law:
 
     def rest(self, q, w, reference):
         """g(s) [rad/s^2], Eq. (36)."""
-        craft = self.craft
+        model = self.model
         scalar, vector, rate_error, matrix = self.errors(q, w, reference)
-        turning = craft.input @ skew(w) @ craft.inertia
+        turning = model.input @ skew(w) @ model.inertia
         return (
             0.5 * self.beta * (scalar * IDENTITY + skew(vector)) @ rate_error
             + turning @ (self.beta * vector)
@@ -189,7 +189,7 @@ class Law:
         )
 
     def compensated(self, q, w, reference):
-        return np.linalg.solve(self.craft.input, self.rest(q, w, reference))
+        return np.linalg.solve(self.model.input, self.rest(q, w, reference))
 
     def fuzzy_smc(self, q, w, reference, sigma1=0.2, sigma2=0.15, layer=1e-4):
         """(40), (64) without the estimates."""
@@ -205,7 +205,7 @@ class Law:
         if whole:
             return torque - self.compensated(q, w, reference)
         ahead = matrix @ reference[2] - np.cross(rate_error, matrix @ reference[1])
-        return torque + np.cross(w, self.craft.inertia @ w) + self.craft.quick @ ahead
+        return torque + np.cross(w, self.model.inertia @ w) + self.model.quick @ ahead
 
 
 class Integral(Law):
@@ -218,7 +218,7 @@ class Integral(Law):
     def torque(self, q, w, reference):
         s = self.variable(q, w, reference)
         shares = firing(w)
-        closed = [self.craft.state(c) + self.craft.input @ k for c, k in zip(CORNERS, self.feedback, strict=True)]
+        closed = [self.model.state(c) + self.model.input @ k for c, k in zip(CORNERS, self.feedback, strict=True)]
         self.slopes.append(sum(share * matrix @ s for share, matrix in zip(shares, closed, strict=True)))
         whole = s - np.trapezoid(self.slopes, dx=self.period, axis=0)
         gain = sum(h * np.linalg.norm(k @ s) for h, k in zip(shares, self.feedback, strict=True))
@@ -244,7 +244,7 @@ class FixedTime(Law):
         return rate_error + self.surface(vector)
 
     def torque(self, q, w, reference):
-        craft = self.craft
+        model = self.model
         scalar, vector, rate_error, matrix = self.errors(q, w, reference)
         s, size = self.variable(q, w, reference), np.linalg.norm(self.variable(q, w, reference))
         turning = 0.5 * (scalar * IDENTITY + skew(vector)) @ rate_error
@@ -252,7 +252,7 @@ class FixedTime(Law):
         moving = (self.surface(vector + step * turning) - self.surface(vector - step * turning)) / (2.0 * step)
         ahead = matrix @ reference[2] - np.cross(rate_error, matrix @ reference[1])
         speed = np.array([1.0, np.linalg.norm(w)])
-        torque = np.cross(w, craft.inertia @ w) + craft.quick @ (ahead - moving)
+        torque = np.cross(w, model.inertia @ w) + model.quick @ (ahead - moving)
         torque -= 20.0 * sig(s, 1.5) + 8.0 * sig(s, 0.6) + self.bounds @ speed * s / (size + 0.01)
         self.bounds = self.bounds + self.period * (speed * size - self.forgetting * self.bounds)
         return torque

@@ -1,7 +1,7 @@
-"""The laws of Ma, Wang and Wang 2023 for one craft, written out from the paper with matrices.
+"""The laws of Ma, Wang and Wang 2023 for one spacecraft, written out from the paper with matrices.
 
-Each is called as ``law(time, q, w, last command)``, like those of ``helpers.controllers``, and returns what the wheels
-are told. Between two samples the measurement counts as held: the adaptive gain of HSFC then grows or falls
+Each is called as ``law(time, q, w, last command)``, like those of ``helpers.controllers``, and returns the
+wheel command. Between two samples the measurement is held. The adaptive gain of HSFC then changes
 exponentially, the bounds of AFNTSMC move by one Euler step, and the filter of SHOPD+ decays exactly.
 """
 
@@ -37,10 +37,10 @@ class RateTarget:
 
 
 class Hybrid:
-    """What the three have in common: the error, Eqs. (8)-(10), and h, Eqs. (13), (15), (16)."""
+    """Common parts of the three: the error, Eqs. (8)-(10), and h, Eqs. (13), (15), (16)."""
 
-    def __init__(self, craft, eta):
-        self.craft, self.eta = craft, eta
+    def __init__(self, model, eta):
+        self.model, self.eta = model, eta
         self.h, self.jumps, self.seen = 1.0, 0, None
 
     def errors(self, reference, q, w):
@@ -50,7 +50,7 @@ class Hybrid:
         if self.seen is not None and np.linalg.norm(error - self.seen) > np.linalg.norm(error + self.seen):
             error = -error
         self.seen = error
-        e4, ev, inertia = error[0], error[1:], self.craft.inertia
+        e4, ev, inertia = error[0], error[1:], self.model.inertia
         matrix = (e4**2 - ev @ ev) * IDENTITY + 2.0 * np.outer(ev, ev) - 2.0 * e4 * skew(ev)
         turned = matrix @ rate
         return ev, e4, w - turned, skew(turned) @ inertia @ turned + inertia @ matrix @ acceleration
@@ -61,14 +61,14 @@ class Hybrid:
 
     def wheels(self, torque):
         """Three wheels are clipped one by one; of more, all are scaled alike."""
-        axes, limits = self.craft.axes, self.craft.limits
+        axes, limits = self.model.axes, self.model.limits
         if axes.shape[1] == 3:
             return np.clip(np.linalg.inv(axes) @ torque, -limits, limits)
-        command = self.craft.minimax(torque)
+        command = self.model.minimax(torque)
         return command / max(1.0, (np.abs(command) / limits).max())
 
     def __call__(self, time, q, w, last):
-        ev, e4, we, feed = self.errors(self.craft.target.body(time), q, w)
+        ev, e4, we, feed = self.errors(self.model.target.body(time), q, w)
         self.jump(e4)
         return self.wheels(self.torque(ev, e4, w, we, feed))
 
@@ -76,9 +76,9 @@ class Hybrid:
 class HSFC(Hybrid):
     """Eqs. (14), (17)-(20), (43)."""
 
-    def __init__(self, craft, form="norm", k=5.0, k1=5.0, alpha=0.01, delta=0.05, gamma0=0.2, layer=0.005, gamma=2.5,
+    def __init__(self, model, form="norm", k=5.0, k1=5.0, alpha=0.01, delta=0.05, gamma0=0.2, layer=0.005, gamma=2.5,
                  floor=0.0, eta=0.1):  # fmt: skip
-        super().__init__(craft, eta)
+        super().__init__(model, eta)
         self.form, self.k, self.k1, self.alpha, self.delta, self.gamma0 = form, k, k1, alpha, delta, gamma0
         self.layer, self.gamma, self.floor, self.history = layer, gamma, floor, []
 
@@ -108,22 +108,22 @@ class HSFC(Hybrid):
     def torque(self, ev, e4, w, we, feed):
         u, growth = self.demanded(ev, e4, we, feed)
         self.history.append(self.gamma)
-        self.gamma = max(self.gamma * np.exp(growth * self.craft.period), self.floor)
+        self.gamma = max(self.gamma * np.exp(growth * self.model.period), self.floor)
         return u
 
 
 class AFNTSMC(Hybrid):
     """Eqs. (45)-(52); with an eta, of h e_v instead of e_v."""
 
-    def __init__(self, craft, tau=20.0, beta=10.0, chi=0.5, k2=1.0, k3=1.0, nu=0.6, epsilon=1e-3, e3=0.35, e5=0.16,
+    def __init__(self, model, tau=20.0, beta=10.0, chi=0.5, k2=1.0, k3=1.0, nu=0.6, epsilon=1e-3, e3=0.35, e5=0.16,
                  n=6.0, start=0.1, eta=None):  # fmt: skip
-        super().__init__(craft, eta)
+        super().__init__(model, eta)
         self.tau, self.beta, self.chi, self.k2, self.k3, self.nu = tau, beta, chi, k2, k3, nu
         self.epsilon, self.e3, self.e5, self.n = epsilon, e3, e5, n
         self.psi, self.phi = np.full(3, start), np.full(3, start)
 
     def surface(self, e):
-        """Eq. (47) for one component, outside of the case that sampled craft never meet."""
+        """Eq. (47) for one component, outside of the case that sampled spacecraft never meet."""
         if abs(e) >= self.epsilon:
             return np.sign(e) * abs(e) ** self.nu
         first = (2.0 - self.nu) * self.epsilon ** (self.nu - 1.0)
@@ -137,15 +137,15 @@ class AFNTSMC(Hybrid):
         chi = 0.5 * self.psi / self.e5**2 + 0.5 * self.phi * xi**2 / self.e5**2
         psi = -self.e3 * self.psi + 0.5 * self.n * s**2 / self.e5**2
         phi = -self.e3 * self.phi + 0.5 * self.n * s**2 * xi**2 / self.e5**2
-        self.psi, self.phi = self.psi + self.craft.period * psi, self.phi + self.craft.period * phi
+        self.psi, self.phi = self.psi + self.model.period * psi, self.phi + self.model.period * phi
         return -(self.tau * IDENTITY + np.diag(chi)) @ s - self.beta * sig(s, self.chi)
 
 
 class SHOPD(Hybrid):
     """Eqs. (53)-(55): q_c decays towards -B e_v, which is held between two samples."""
 
-    def __init__(self, craft, matched=True, k4=30.0, k5=8.0, a=1.0, b=3.0, eta=0.1):
-        super().__init__(craft, eta)
+    def __init__(self, model, matched=True, k4=30.0, k5=8.0, a=1.0, b=3.0, eta=0.1):
+        super().__init__(model, eta)
         self.matched, self.k4, self.k5, self.a, self.b = matched, k4, k5, a, b
         self.qc = None
 
@@ -154,5 +154,5 @@ class SHOPD(Hybrid):
             self.qc = -self.b * ev if self.matched else np.zeros(3)
         nu = self.qc + self.b * ev
         held = np.array([np.sign(n) if abs(n) >= 1.0 else n for n in nu])
-        self.qc = -self.b * ev + (self.qc + self.b * ev) * np.exp(-self.a * self.craft.period)
+        self.qc = -self.b * ev + (self.qc + self.b * ev) * np.exp(-self.a * self.model.period)
         return -self.k4 * self.h * ev - self.k5 * (e4 * IDENTITY + skew(ev)).T @ held + feed

@@ -1,4 +1,4 @@
-"""The fault-tolerant laws of one craft written out from the papers, with matrices, and how to fly them.
+"""The fault-tolerant laws of one spacecraft written out from the papers, with matrices, and how to fly them.
 
 Nothing of the package's baselines is used here: a law and a plant that agree with these have been implemented twice.
 """
@@ -72,8 +72,8 @@ class Target:
         return np.append(1.0 - square, 2.0 * sigma) / (1.0 + square), rate, acceleration
 
 
-class Craft:
-    """Nominal inertia, wheel axes, torque limit, control period and reference: all that a law knows."""
+class NominalModel:
+    """Nominal inertia, wheel axes, torque limit, control period and reference: the inputs of a law."""
 
     def __init__(self, scenario, target=None):
         self.inertia = np.array(scenario.spacecraft.inertia)
@@ -110,23 +110,23 @@ class Craft:
 
 
 class Plant:
-    """The true craft: J w' = -w x J w + D (e u + b) + d, integrated by DOP853 between two samples."""
+    """The true spacecraft: J w' = -w x J w + D (e u + b) + d, integrated by DOP853 between two samples."""
 
-    def __init__(self, craft, effectiveness, bias, torque):
-        self.craft, self.effectiveness, self.bias, self.torque = craft, effectiveness, bias, torque
+    def __init__(self, model, effectiveness, bias, torque):
+        self.model, self.effectiveness, self.bias, self.torque = model, effectiveness, bias, torque
 
     def derivative(self, time, state, command, probe):
         """q' and w'; ``probe`` is a time inside the period, which decides which faults act."""
         q, w = state[:4], state[4:7]
         wheels = self.effectiveness(time, probe) * command + self.bias(time, probe)
-        torque = -self.craft.gyroscopic(w) + self.craft.axes @ wheels + self.torque(time)
+        torque = -self.model.gyroscopic(w) + self.model.axes @ wheels + self.torque(time)
         turn = 0.5 * np.append(-q[1:] @ w, q[0] * w + np.cross(q[1:], w))
-        return np.append(turn, self.craft.inverse @ torque)
+        return np.append(turn, self.model.inverse @ torque)
 
     def history(self, law, state, steps):
         """States (steps + 1, 7) and commands (steps, m) under a law ``law(time, q, w, last command)``."""
-        period, states, commands = self.craft.period, [np.array(state)], []
-        last = np.zeros(self.craft.axes.shape[1])
+        period, states, commands = self.model.period, [np.array(state)], []
+        last = np.zeros(self.model.axes.shape[1])
         for step in range(steps):
             time = step * period
             last = law(time, states[-1][:4], states[-1][4:], last)
@@ -142,10 +142,10 @@ class Plant:
 
 
 class Perfect:
-    """Every wheel is believed healthy."""
+    """The estimate of healthy wheels."""
 
-    def __init__(self, craft):
-        self.effectiveness, self.bias = np.ones(craft.axes.shape[1]), np.zeros(craft.axes.shape[1])
+    def __init__(self, model):
+        self.effectiveness, self.bias = np.ones(model.axes.shape[1]), np.zeros(model.axes.shape[1])
         self.disturbance = np.zeros(3)
 
     def update(self, rate, command):
@@ -155,26 +155,26 @@ class Perfect:
 class SlidingMode(Perfect):
     """Eqs. (15)-(18) of Zhang and Zhou 2019: semi-implicit Euler, gyroscopic torque at the middle of the period."""
 
-    def __init__(self, craft, gain=5.0, g1=200.0, g2=100.0, barrier=0.05, largest=50.0, smallest=0.05, layer=0.01):
-        super().__init__(craft)
-        self.craft, self.gain, self.g1, self.g2 = craft, gain, g1, g2
+    def __init__(self, model, gain=5.0, g1=200.0, g2=100.0, barrier=0.05, largest=50.0, smallest=0.05, layer=0.01):
+        super().__init__(model)
+        self.model, self.gain, self.g1, self.g2 = model, gain, g1, g2
         self.barrier, self.largest, self.smallest, self.layer = barrier, largest, smallest, layer
         self.estimate = self.previous = None
         self.mismatch = np.zeros(3)
 
     def update(self, rate, command):
-        craft, h = self.craft, self.craft.period
+        model, h = self.model, self.model.period
         if self.estimate is None:
             self.estimate = rate  # the rate is known: inside the barrier from the start
         else:
             size = np.abs(self.mismatch).sum()
             gain = min(size / (self.barrier - size), self.largest) if size < self.barrier else self.largest
-            torque = craft.axes @ (self.effectiveness * command + self.bias) + gain * sign(self.mismatch, self.layer)
+            torque = model.axes @ (self.effectiveness * command + self.bias) + gain * sign(self.mismatch, self.layer)
             middle = self.estimate + 0.5 * (rate - self.previous)
-            change = craft.inverse @ (torque - craft.gyroscopic(middle)) + self.gain * self.mismatch
+            change = model.inverse @ (torque - model.gyroscopic(middle)) + self.gain * self.mismatch
             self.estimate = self.estimate + h * change
         self.previous, self.mismatch = rate, rate - self.estimate
-        drive = craft.axes.T @ craft.inverse.T @ self.mismatch
+        drive = model.axes.T @ model.inverse.T @ self.mismatch
         learned = self.effectiveness + h * self.g1 * command * drive
         self.effectiveness = np.clip(learned, self.smallest, 1.0)
         self.bias = self.bias + h * self.g2 * drive
@@ -183,22 +183,22 @@ class SlidingMode(Perfect):
 class Learning(Perfect):
     """Eqs. (7), (8) of Cao, Gong and Han 2022."""
 
-    def __init__(self, craft, gain, first, second, forgetting=1.0, switching=0.0, full=1.0, smallest=1e-4):
-        super().__init__(craft)
-        self.craft, self.gain, self.first, self.second = craft, gain, first, second
+    def __init__(self, model, gain, first, second, forgetting=1.0, switching=0.0, full=1.0, smallest=1e-4):
+        super().__init__(model)
+        self.model, self.gain, self.first, self.second = model, gain, first, second
         self.forgetting, self.switching, self.full, self.smallest = forgetting, switching, full, smallest
         self.estimate = self.previous = None
         self.mismatch = np.zeros(3)
 
     def update(self, rate, command):
-        craft, last = self.craft, self.mismatch
+        model, last = self.model, self.mismatch
         fresh = self.estimate is None
         if fresh:
             self.estimate = rate
         else:
             middle = self.estimate + 0.5 * (rate - self.previous)
-            torque = craft.axes @ (self.effectiveness * command) - craft.gyroscopic(middle) + self.disturbance
-            self.estimate = self.estimate + craft.period * craft.inverse @ torque
+            torque = model.axes @ (self.effectiveness * command) - model.gyroscopic(middle) + self.disturbance
+            self.estimate = self.estimate + model.period * model.inverse @ torque
         self.previous, self.mismatch = rate, rate - self.estimate
         self.disturbance = self.gain @ self.mismatch + self.switching * np.sign(self.mismatch)
         if fresh:

@@ -17,5 +17,5 @@ def fitting(scenario, oracles=True):
 
 
 def is_oracle(name, scenario):
-    """Whether a baseline is to be given the truth."""
+    """Tell whether a baseline needs the truth."""
     return baselines.make(name, scenario).information == "oracle"

@@ -1,4 +1,4 @@
-"""Craft under known commands, with an observer that watches them."""
+"""Spacecraft under known commands, with an observer that watches them."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ FREQUENCIES = np.array([0.5, 0.8, 1.1, 1.5])  # rad/s
 
 
 def task(wheels, period, faults="random", **changes):
-    """The craft of Zhang and Zhou 2019, four wheels, or of Cao, Gong and Han 2022, three; 5 N m."""
+    """The spacecraft of Zhang and Zhou 2019, four wheels, or of Cao, Gong and Han 2022, three; 5 N m."""
     axes = three_orthogonal() if wheels == 3 else orthogonal_and_skew()
     inertia = ((30.0, 5.3, 6.4), (5.3, 27.0, 10.0), (6.4, 10.0, 19.0))
     if wheels == 3:
@@ -55,7 +55,7 @@ def watch(name, scenario, count, steps, command, **gains):
 
 
 def seen(rate, command):
-    """Return the measurement of craft with the given rates (N, 3) and last commands (N, m)."""
+    """Return the measurement of spacecraft with the given rates (N, 3) and last commands (N, m)."""
     count = len(rate)
     identity, three = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1)), np.zeros((count, 3))
     return Measurement(
@@ -64,7 +64,7 @@ def seen(rate, command):
 
 
 def random_walk(scenario, count, steps, size=1.0):
-    """Return measurements that no craft would make: rates and commands at random."""
+    """Return measurements that no spacecraft would make: rates and commands at random."""
     random, wheels = np.random.default_rng(5), scenario.spacecraft.wheels.count
     return [
         seen(size * random.normal(size=(count, 3)), random.uniform(-5.0, 5.0, (count, wheels))) for _ in range(steps)

@@ -1,4 +1,6 @@
-"""The schemes of Chen et al. 2018 for one craft, from the paper and its corrections, and a plant whose inertia varies.
+"""The schemes of Chen et al. 2018 for one spacecraft, from the paper and its corrections, and a plant.
+
+The inertia of the plant varies.
 
 Nothing of the package is used. Bounds are plain numbers: rho0, rho_inf and kappa of Eq. (21), and the factors of Eq.
 (23) as their final values, their common start (None: at the final values) and their common rate. Laws are called as
@@ -87,14 +89,14 @@ class Lifted:
 
 
 class Law:
-    def __init__(self, craft, **gains):
-        self.craft = craft
+    def __init__(self, model, **gains):
+        self.model = model
         for name, value in {**self.GAINS, **gains}.items():
             setattr(self, name, value)
         self.started()
 
     def limited(self, torque):
-        return np.clip(np.linalg.solve(self.craft.axes, torque), -self.craft.limits, self.craft.limits)
+        return np.clip(np.linalg.solve(self.model.axes, torque), -self.model.limits, self.model.limits)
 
 
 class M1(Law):
@@ -106,7 +108,7 @@ class M1(Law):
     }  # fmt: skip
 
     def started(self):
-        self.fuzzy, self.xi = Fuzzy(self.craft.period), np.zeros(3)
+        self.fuzzy, self.xi = Fuzzy(self.model.period), np.zeros(3)
         self.phi1 = np.zeros(3) if self.start == "zero" else None
         self.phi2 = np.zeros(3)
 
@@ -121,7 +123,7 @@ class M1(Law):
         else:
             self.phi1 = alpha if self.phi1 is None else self.phi1
             x_c, x_c_rate = self.phi1, self.filter_rate(alpha)
-            h = self.craft.period / self.substeps
+            h = self.model.period / self.substeps
             for _ in range(self.substeps):
                 xi_rate = -self.k1 * self.xi + r * (matrix @ (self.phi1 - alpha)) - self.l1 * np.sign(self.xi)
                 phi1_rate = self.filter_rate(alpha)
@@ -130,7 +132,7 @@ class M1(Law):
         s2 = w - x_c
         wanted = -self.k2 * s2 - self.fuzzy(s2, w, x_c, x_c_rate) - self.tau2 * sig(s2, self.gamma)
         self.seen = {"epsilon": z1, "alpha": alpha, "s2": s2}
-        return self.limited(self.craft.inertia @ wanted)
+        return self.limited(self.model.inertia @ wanted)
 
     def filter_rate(self, alpha):
         return -self.b1 * sig(self.phi1 - alpha, 0.5) + self.phi2
@@ -142,14 +144,14 @@ class M2(Law):
     GAINS: ClassVar = {"k1": 0.1, "k2": 0.8, "short": True}
 
     def started(self):
-        self.fuzzy, self.branch = Fuzzy(self.craft.period), Lifted(self.short)
+        self.fuzzy, self.branch = Fuzzy(self.model.period), Lifted(self.short)
 
     def __call__(self, time, q, w):
         sigma = self.branch(q)
         alpha = -self.k1 * np.linalg.inv(kinematic_matrix(sigma)) @ sigma
         z2 = w - alpha
         self.seen = {"s2": z2}
-        return self.limited(self.craft.inertia @ (-self.k2 * z2 - self.fuzzy(z2, w, alpha)))
+        return self.limited(self.model.inertia @ (-self.k2 * z2 - self.fuzzy(z2, w, alpha)))
 
 
 class M3(Law):
@@ -182,7 +184,7 @@ class M3(Law):
         else:
             v_ss = s / self.layer * f**2
         growth = np.array([size, size * speed, size * speed**2])
-        self.c = self.c + self.craft.period * (-self.o * self.c + self.p * growth)
+        self.c = self.c + self.model.period * (-self.o * self.c + self.p * growth)
         self.seen = {"s2": s, "outside": size * f > self.layer}
         return self.limited(-self.tau * s - self.rho * sig(s, 0.5) - v_ss)
 
@@ -202,8 +204,8 @@ class Sampled(Law):
         pass
 
     def __call__(self, time, q, w):
-        craft = self.craft
-        target, target_rate, target_acceleration = craft.target.body(time)
+        model = self.model
+        target, target_rate, target_acceleration = model.target.body(time)
         error = relative(q, target)
         turn, sigma = rotation(-error if error[0] < 0.0 else error), mrp(error)
         w_e = w - turn @ target_rate
@@ -213,8 +215,8 @@ class Sampled(Law):
         wanted = -self.k2 * s - self.tau2 * sig(s, self.gamma)
         wanted = wanted + turn @ target_acceleration - skew(w_e) @ (turn @ target_rate)
         self.seen = {"epsilon": z1, "s2": s}
-        command = craft.minimax(craft.inertia @ wanted + craft.gyroscopic(w))
-        return command / max(1.0, (np.abs(command) / craft.limits).max())
+        command = model.minimax(model.inertia @ wanted + model.gyroscopic(w))
+        return command / max(1.0, (np.abs(command) / model.limits).max())
 
 
 class VaryingPlant:
@@ -224,14 +226,14 @@ class VaryingPlant:
     period, decides which faults act. ``inertia_rate=None`` leaves -J' w out, as the paper does.
     """
 
-    def __init__(self, craft, inertia, inertia_rate, effectiveness, external):
-        self.craft, self.inertia, self.inertia_rate = craft, inertia, inertia_rate
+    def __init__(self, model, inertia, inertia_rate, effectiveness, external):
+        self.model, self.inertia, self.inertia_rate = model, inertia, inertia_rate
         self.effectiveness, self.external = effectiveness, external
 
     def derivative(self, time, state, command, probe):
         q, w = state[:4], state[4:]
         matrix, across = self.inertia(time), skew(w)
-        torque = self.craft.axes @ (self.effectiveness(time, probe) * command) + self.external(time, w)
+        torque = self.model.axes @ (self.effectiveness(time, probe) * command) + self.external(time, w)
         torque = torque - across @ (matrix @ w)
         if self.inertia_rate is not None:
             torque = torque - self.inertia_rate(time) @ w
@@ -240,7 +242,7 @@ class VaryingPlant:
 
     def history(self, law, state, steps):
         """States (steps + 1, 7) and commands (steps, wheels)."""
-        period, states, commands = self.craft.period, [np.array(state)], []
+        period, states, commands = self.model.period, [np.array(state)], []
         for step in range(steps):
             time = step * period
             commands.append(law(time, states[-1][:4], states[-1][4:]))

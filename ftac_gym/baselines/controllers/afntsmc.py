@@ -12,7 +12,7 @@ from ftac_gym.baselines.components.rows import dot
 from ftac_gym.baselines.components.surfaces import NonsingularTerminalSurface
 from ftac_gym.baselines.controllers.hybrid import HybridController, HybridGains, Lifted
 from ftac_gym.baselines.gains import Range, changed, parameter
-from ftac_gym.baselines.rules import Interval
+from ftac_gym.baselines.rules import interval
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, positive
 
@@ -24,11 +24,11 @@ class AFNTSMCGains(HybridGains):
     hysteresis: float | None = changed(HybridGains, "hysteresis", None, meaning="eta. None, as printed, unwinds")
     linear: float = parameter(1.0, "k2", "rad/s", non_negative, Range(0.005, 1.0, log=True))
     terminal: float = parameter(1.0, "k3", "rad/s", non_negative, Range(0.005, 1.0, log=True))
-    exponent: float = parameter(0.6, "nu = nu1 / nu2", "", Interval(0.0, 1.0), Range(0.5, 0.95))
+    exponent: float = parameter(0.6, "nu = nu1 / nu2", "", interval(0.0, 1.0), Range(0.5, 0.95))
     bound: float = parameter(1e-3, "epsilon of the surface", "", positive, Range(1e-3, 0.2, log=True))
     reaching_linear: float = parameter(20.0, "tau", "N m s/rad", non_negative, Range(1.0, 100.0, log=True))
     reaching_power_gain: float = parameter(10.0, "beta_0", "", non_negative, Range(1e-3, 10.0, log=True))
-    reaching_exponent: float = parameter(0.5, "chi_0", "", Interval(0.0, 1.0))
+    reaching_exponent: float = parameter(0.5, "chi_0", "", interval(0.0, 1.0))
     adaptation: float = parameter(6.0, "n1 = n2", "", non_negative, Range(1e-4, 6.0, log=True))
     forgetting: float = parameter(0.35, "e3 = e4", "1/s", non_negative)
     width: float = parameter(0.16, "e5 = e6", "", positive)

@@ -17,7 +17,7 @@ from ftac_gym.baselines.components.surfaces import signed_power
 from ftac_gym.baselines.controllers.chen import ChenController, ChenFuzzyGains
 from ftac_gym.baselines.controllers.prescribed import PrescribedError, PrescribedGains
 from ftac_gym.baselines.gains import Range, changed, fixed, parameter
-from ftac_gym.baselines.rules import Choice, Interval, Whole
+from ftac_gym.baselines.rules import choice, interval, whole_number
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.prescribed_bound import PrescribedBound
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
@@ -31,13 +31,13 @@ class ChenM1Gains(ChenFuzzyGains, PrescribedGains):
     rate_gain: float = changed(ChenFuzzyGains, "rate_gain", rule=non_negative)
     attitude_power_gain: float = parameter(0.01, "tau1", "", non_negative)
     rate_power_gain: float = parameter(0.5, "tau2", "", non_negative)
-    power: float = parameter(0.3, 'g ("gamma")', "", Interval(0.0, 1.0))
+    power: float = parameter(0.3, 'g ("gamma")', "", interval(0.0, 1.0))
     compensation_gain: float = parameter(0.01, "l1", "", non_negative)
     filter_first: float = parameter(3.0, "b1", "", positive)
     filter_second: float = parameter(4.0, "b2", "", positive)
-    filter_substeps: int = parameter(1, "Euler steps per call, not printed. Zero for no filter", "", Whole(0))
+    filter_substeps: int = parameter(1, "Euler steps per call, not printed. Zero for no filter", "", whole_number(0))
     filter_start: str = parameter(
-        "zero", "Start of the filter, not printed: zero or the virtual control", rule=Choice(("zero", "virtual"))
+        "zero", "Start of the filter, not printed: zero or the virtual control", rule=choice("zero", "virtual")
     )
     bound: Mapping[str, Any] | None = changed(
         PrescribedGains,

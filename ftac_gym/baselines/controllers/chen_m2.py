@@ -12,8 +12,8 @@ from ftac_gym.utils.parameters import FloatArray
 class ChenM2(ChenController):
     """Eqs. (64)-(66), corrected: a = -k1 G^-1 sigma, z2 = w - a, v = J0 [-k2 z2 - theta P'P z2 / (2 h^2)].
 
-    theta and P are those of :class:`~..components.fuzzy.FuzzyApproximator` on (w, a); its inputs are not printed.
-    (65) and (66) are printed with M1's s2.
+    theta and P are those of :class:`~ftac_gym.baselines.components.fuzzy.FuzzyApproximator` on (w, a); its inputs are
+    not printed. (65) and (66) are printed with M1's s2.
     """
 
     gains = ChenFuzzyGains()

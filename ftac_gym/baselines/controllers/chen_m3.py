@@ -12,7 +12,7 @@ from ftac_gym.baselines.components.rows import dot, length
 from ftac_gym.baselines.components.surfaces import NonsingularTerminalSurface
 from ftac_gym.baselines.controllers.chen import ChenController, ChenGains
 from ftac_gym.baselines.gains import Range, parameter
-from ftac_gym.baselines.rules import Interval, flag
+from ftac_gym.baselines.rules import flag, interval
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, positive
 
@@ -23,11 +23,11 @@ class ChenM3Gains(ChenGains):
 
     linear: float = parameter(0.4, "K1", "rad/s", non_negative, Range(0.005, 1.0, log=True))
     terminal: float = parameter(0.2, "K2", "rad/s", non_negative, Range(0.005, 1.0, log=True))
-    exponent: float = parameter(9.0 / 11.0, "r", "", Interval(0.0, 1.0), Range(0.5, 0.95))
+    exponent: float = parameter(9.0 / 11.0, "r", "", interval(0.0, 1.0), Range(0.5, 0.95))
     bound: float = parameter(0.01, "epsilon of (68)", "", positive, Range(1e-4, 0.1, log=True))
     reaching_linear: float = parameter(10.0, "tau", "N m s/rad", non_negative, Range(1.0, 100.0, log=True))
     reaching_power_gain: float = parameter(1.0, "rho", "", non_negative, Range(1e-3, 10.0, log=True))
-    reaching_exponent: float = parameter(0.5, "Exponent of the reaching law", "", Interval(0.0, 1.0))
+    reaching_exponent: float = parameter(0.5, "Exponent of the reaching law", "", interval(0.0, 1.0))
     adaptation: float = parameter(2.0, "p", "", non_negative, Range(1e-4, 2.0, log=True))
     forgetting: float = parameter(0.1, "o", "1/s", non_negative)
     layer: float = parameter(1e-4, "epsilon of (70)", "N m rad/s", positive)

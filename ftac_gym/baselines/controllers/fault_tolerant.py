@@ -16,7 +16,7 @@ from ftac_gym.baselines.components.gyroscopic import GyroscopicModel
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.fault_source import FaultSource
 from ftac_gym.baselines.gains import Gains, SearchSpace, parameter
-from ftac_gym.baselines.rules import Interval, mapping
+from ftac_gym.baselines.rules import interval, mapping
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, require
 
@@ -30,7 +30,7 @@ class FaultTolerantGains(Gains):
         None, "Gains of the observer that differ from its defaults", rule=mapping
     )
     smallest_effectiveness: float = parameter(
-        0.05, "Lower bound of the estimated effectiveness in the allocation", "", Interval(0.0, 1.0, closed=True)
+        0.05, "Lower bound of the estimated effectiveness in the allocation", "", interval(0.0, 1.0, closed=True)
     )
 
 

@@ -17,7 +17,7 @@ from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantControlle
 from ftac_gym.baselines.controllers.filtered import FilteredController
 from ftac_gym.baselines.gains import Range, changed, fixed, parameter
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilterGains
-from ftac_gym.baselines.rules import Choice, flag
+from ftac_gym.baselines.rules import choice, flag
 from ftac_gym.baselines.synthesis.designs import DESIGNS
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
@@ -34,7 +34,7 @@ class FlexibleGains(AttitudeFilterGains, FaultTolerantGains):
         "each",
         "Limit of the command: of every wheel by itself, or of the sum of all magnitudes, by the smallest of the "
         "limits, which is how the paper prints it",
-        rule=Choice(("each", "sum")),
+        rule=choice("each", "sum"),
     )
     short_way: bool = parameter(
         True, "Whether q_e is the quaternion with q_e0 >= 0. As printed it is not, and the law unwinds", rule=flag
@@ -48,7 +48,7 @@ class ScheduledGains(FlexibleGains):
     design: str = parameter(
         "solved",
         "Source of K_i [N m s/rad]: the paper's appendix, or its matrix inequalities solved for this spacecraft",
-        rule=Choice(DESIGNS),
+        rule=choice(*DESIGNS),
     )
     slope: float = changed(FlexibleGains, "slope", search=Range(0.05, 2.0, log=True))
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from ftac_gym.baselines.components.relative_motion import RelativeMotion
 from ftac_gym.baselines.controllers.flexible import FlexibleController, FlexibleGains
 from ftac_gym.baselines.gains import Range, changed, parameter
-from ftac_gym.baselines.rules import Choice
+from ftac_gym.baselines.rules import choice
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, positive
 
@@ -19,7 +19,7 @@ class FuzzyPDGains(FlexibleGains):
     faults: str = changed(FlexibleGains, "faults", "fafeo")
     position_gain: float = parameter(20.0, "k_p", "N m", positive, Range(0.1, 500.0, log=True))
     rate_gain: float = parameter(60.0, "k_d", "N m s", positive, Range(1.0, 1000.0, log=True))
-    compensation: str = parameter("printed", "Compensated terms", rule=Choice(("printed", "gyroscopic")))
+    compensation: str = parameter("printed", "Compensated terms", rule=choice("printed", "gyroscopic"))
 
 
 class FuzzyPD(FlexibleController):

@@ -12,7 +12,7 @@ from ftac_gym.baselines.components.reaching import saturation, soft_sign
 from ftac_gym.baselines.components.rows import dot, length
 from ftac_gym.baselines.controllers.hybrid import HybridController, HybridGains, Lifted
 from ftac_gym.baselines.gains import Range, SearchSpace, parameter
-from ftac_gym.baselines.rules import Choice, Interval
+from ftac_gym.baselines.rules import choice, interval
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
@@ -29,16 +29,16 @@ class HSFCGains(HybridGains):
         5.0, "k1, which acts through g' only. The paper also lists a k2, which occurs nowhere", "", non_negative
     )
     adaptation: float = parameter(0.01, "alpha", "", non_negative, Range(1e-4, 1.0, log=True))
-    smoothing: float = parameter(0.05, "delta", "", Interval(0.0, 1.0), Range(1e-3, 0.9, log=True))
-    smallest_effectiveness: float = parameter(0.2, "g0. One leaves u2 out", "", Interval(0.0, 1.0, closed=True))
+    smoothing: float = parameter(0.05, "delta", "", interval(0.0, 1.0), Range(1e-3, 0.9, log=True))
+    smallest_effectiveness: float = parameter(0.2, "g0. One leaves u2 out", "", interval(0.0, 1.0, closed=True))
     compensation: str = parameter(
         "norm",
         "Fault term: as printed, with |u1_i| of each component, or along S instead of w_e",
-        rule=Choice(("norm", "componentwise", "sliding")),
+        rule=choice("norm", "componentwise", "sliding"),
     )
     layer: float = parameter(0.005, "epsilon of the saturation function. Zero takes the sign", "rad/s", non_negative)
     initial_gamma: float = parameter(
-        2.5, "g(0)", "(rad/s)^(1/2)", Interval(0.0, 1.0 / SMALLEST_GAMMA), Range(0.1, 2.5, log=True)
+        2.5, "g(0)", "(rad/s)^(1/2)", interval(0.0, 1.0 / SMALLEST_GAMMA), Range(0.1, 2.5, log=True)
     )
     gamma_floor: float = parameter(
         0.0, "Lower bound of g. Zero is the printed law", "", non_negative, Range(0.1, 1.5, log=True)

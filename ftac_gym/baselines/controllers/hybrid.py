@@ -13,7 +13,7 @@ from ftac_gym.baselines.components.relative_motion import RelativeMotion
 from ftac_gym.baselines.controllers.direct import DirectController
 from ftac_gym.baselines.gains import parameter
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilterGains
-from ftac_gym.baselines.rules import Interval, Optional
+from ftac_gym.baselines.rules import interval, optional
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, non_negative
 
@@ -23,7 +23,7 @@ class HybridGains(AttitudeFilterGains):
     """Gains of :class:`HybridController`."""
 
     hysteresis: float | None = parameter(
-        0.1, "eta; not printed. None keeps h at 1, which unwinds", rule=Optional(Interval(0.0, 1.0))
+        0.1, "eta; not printed. None keeps h at 1, which unwinds", rule=optional(interval(0.0, 1.0))
     )
 
 

@@ -12,7 +12,7 @@ from ftac_gym.baselines.components.rows import dot, length
 from ftac_gym.baselines.components.surfaces import NonsingularTerminalSurface
 from ftac_gym.baselines.controllers.relative import RelativeController, RelativeGains
 from ftac_gym.baselines.gains import Range, Share, parameter
-from ftac_gym.baselines.rules import Interval
+from ftac_gym.baselines.rules import interval
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
@@ -26,7 +26,7 @@ class NFTSMGains(RelativeGains):
     exponent: float = parameter(
         0.6,
         "r of the surface. The error brakes in proportion to n^(2r - 1) along the surface: evenly for r = 1/2",
-        rule=Interval(0.0, 1.0),
+        rule=interval(0.0, 1.0),
         search=Range(0.5, 0.95),
     )
     bound: float = parameter(1e-3, "mu of the surface", "", positive, Range(1e-4, 0.1, log=True))

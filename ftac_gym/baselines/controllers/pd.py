@@ -16,7 +16,7 @@ from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gains import Range, Share, changed, parameter
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilterGains
 from ftac_gym.baselines.observers.disturbance_observer import DisturbanceObserver
-from ftac_gym.baselines.rules import AtMost, Choice, flag
+from ftac_gym.baselines.rules import at_most, choice, flag
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, positive
 
@@ -30,7 +30,7 @@ class PDGains(AttitudeFilterGains):
     """
 
     braking_share: float = parameter(
-        0.7234, "Share of the available deceleration in the profile", "", AtMost(1.0), Range(0.2, 1.0), (0.4, 1.0)
+        0.7234, "Share of the available deceleration in the profile", "", at_most(1.0), Range(0.2, 1.0), (0.4, 1.0)
     )
     rate_limit: float = parameter(
         0.1659, "Largest commanded slew rate", "rad/s", positive, Range(0.05, 0.3), schedule=(0.08, 0.3)
@@ -40,7 +40,7 @@ class PDGains(AttitudeFilterGains):
         3.9498, "c_p", "1/s", positive, Range(0.1, 0.8), (0.2, 0.8), Share("position_share", of="rate_gain")
     )
     attitude_filter_time: float = changed(AttitudeFilterGains, "attitude_filter_time", 1.7035, search=Range(0.1, 5.0))
-    allocation: str = parameter("minimax", "Allocation to the wheels", rule=Choice(("minimax", "pseudo_inverse")))
+    allocation: str = parameter("minimax", "Allocation to the wheels", rule=choice("minimax", "pseudo_inverse"))
     telemetry: bool = parameter(False, "Whether the gyroscopic torque uses the measured wheel momentum", rule=flag)
 
 

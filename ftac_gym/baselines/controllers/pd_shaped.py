@@ -18,7 +18,7 @@ from ftac_gym.baselines.components.input_shaping import SIGNS, rest_to_rest, sha
 from ftac_gym.baselines.controllers.pd import PDDisturbanceObserver, PDDisturbanceObserverGains
 from ftac_gym.baselines.gains import Range, changed, parameter
 from ftac_gym.baselines.memory import BoolArray
-from ftac_gym.baselines.rules import AtMost, Optional, Whole
+from ftac_gym.baselines.rules import at_most, optional, whole_number
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray
 
@@ -42,11 +42,13 @@ class ShapedPDGains(PDDisturbanceObserverGains):
         0.5,
         "Share of the acceleration of healthy wheels about an axis for the turn and the stop. The rest is for "
         "feedback, weak wheels and the gyroscopic torque",
-        rule=AtMost(1.0),
+        rule=at_most(1.0),
         search=Range(0.2, 0.9),
     )
-    order: int = parameter(2, "Order of the shaper of each mode: 1 for ZV, 2 for ZVD", rule=Whole(1))
-    shaped_modes: int | None = parameter(None, "Number of modes to shape for, lowest first", rule=Optional(Whole(0)))
+    order: int = parameter(2, "Order of the shaper of each mode: 1 for ZV, 2 for ZVD", rule=whole_number(1))
+    shaped_modes: int | None = parameter(
+        None, "Number of modes to shape for, lowest first", rule=optional(whole_number(0))
+    )
 
 
 class ShapedPD(PDDisturbanceObserver):

@@ -9,7 +9,7 @@ from ftac_gym.baselines.components.predefined_time_gain import PredefinedTime, P
 from ftac_gym.baselines.components.reaching import switching
 from ftac_gym.baselines.controllers.relative import RelativeController, RelativeGains
 from ftac_gym.baselines.gains import Range, Share, parameter
-from ftac_gym.baselines.rules import Interval
+from ftac_gym.baselines.rules import interval
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, positive
 
@@ -18,8 +18,8 @@ from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, po
 class PredefinedTimeGains(RelativeGains):
     """Gains of :class:`PredefinedTimeController`."""
 
-    position_exponent: float = parameter(0.25, "h1", "", Interval(0.0, 1.0), Range(0.05, 0.35))
-    rate_exponent: float = parameter(0.2, "h2", "", Interval(0.0, 1.0), Range(0.05, 0.5))
+    position_exponent: float = parameter(0.25, "h1", "", interval(0.0, 1.0), Range(0.05, 0.35))
+    rate_exponent: float = parameter(0.2, "h2", "", interval(0.0, 1.0), Range(0.05, 0.5))
     position_time: float = parameter(30.0, "T1", "s", positive, Range(5.0, 100.0, log=True))
     rate_time: float = parameter(5.0, "T2", "s", positive, Range(0.5, 50.0, log=True))
     position_gain: float = parameter(

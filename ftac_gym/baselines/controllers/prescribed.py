@@ -12,7 +12,7 @@ import numpy.typing as npt
 from ftac_gym.baselines.components.error_transformation import ErrorTransformation, Transformed
 from ftac_gym.baselines.gains import Gains, parameter
 from ftac_gym.baselines.memory import Memory
-from ftac_gym.baselines.rules import Interval
+from ftac_gym.baselines.rules import interval
 from ftac_gym.task.prescribed_bound import PrescribedBound
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, fields_named, require
@@ -28,7 +28,7 @@ class PrescribedGains(Gains):
     mirror: bool = parameter(False, "Whether the bounds are mirrored, axis by axis, to the signs of the start")
     margin: float = parameter(
         1e-5, "Distance to a bound, over that between the two, within which epsilon follows its tangent", "",
-        Interval(0.0, 0.5),
+        interval(0.0, 0.5),
     )  # fmt: skip
 
 

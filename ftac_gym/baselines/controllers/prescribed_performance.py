@@ -11,7 +11,7 @@ from ftac_gym.baselines.components.reaching import PowerReaching
 from ftac_gym.baselines.controllers.prescribed import PrescribedError, PrescribedGains
 from ftac_gym.baselines.controllers.relative import RelativeController, RelativeGains
 from ftac_gym.baselines.gains import Range, changed, parameter
-from ftac_gym.baselines.rules import Interval
+from ftac_gym.baselines.rules import interval
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.prescribed_bound import PrescribedBound
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
@@ -24,7 +24,7 @@ class PrescribedPerformanceGains(RelativeGains, PrescribedGains):
     attitude_gain: float = parameter(0.05, "k1", "1/s", positive, Range(0.01, 2.0, log=True))
     rate_gain: float = parameter(2.0, "k2", "1/s", non_negative, Range(0.3, 8.0, log=True))
     rate_power_gain: float = parameter(1e-3, "tau2", "", non_negative, Range(1e-4, 0.1, log=True))
-    power: float = parameter(0.3, "g", "", Interval(0.0, 1.0))
+    power: float = parameter(0.3, "g", "", interval(0.0, 1.0))
     bound: Mapping[str, Any] | None = changed(
         PrescribedGains,
         "bound",
@@ -40,8 +40,8 @@ class PrescribedPerformanceGains(RelativeGains, PrescribedGains):
 class PrescribedPerformance(RelativeController):
     """The error transformation of Chen et al. 2018 for sampled control at about 10 Hz.
 
-    With epsilon, r and theta of :class:`~..components.error_transformation.ErrorTransformation` for the error
-    MRP sigma_e, which is always on the short branch:
+    With epsilon, r and theta of :class:`~ftac_gym.baselines.components.error_transformation.ErrorTransformation` for
+    the error MRP sigma_e, which is always on the short branch:
 
         a    = G^-1 r^-1 [-k1 epsilon - theta]
         s    = w_e - a

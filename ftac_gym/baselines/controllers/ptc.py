@@ -16,7 +16,7 @@ from ftac_gym.baselines.components.predefined_time_gain import PredefinedTime, P
 from ftac_gym.baselines.components.reaching import switching
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantController, FaultTolerantGains
 from ftac_gym.baselines.gains import Range, changed, parameter
-from ftac_gym.baselines.rules import Choice, Interval
+from ftac_gym.baselines.rules import choice, interval
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
@@ -25,8 +25,8 @@ from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 class PTCGains(FaultTolerantGains):
     """Gains of :class:`PTC`."""
 
-    position_exponent: float = parameter(0.25, "h1", "", Interval(0.0, 1.0))
-    rate_exponent: float = parameter(0.3, "h2", "", Interval(0.0, 1.0), Range(0.05, 0.5))
+    position_exponent: float = parameter(0.25, "h1", "", interval(0.0, 1.0))
+    rate_exponent: float = parameter(0.3, "h2", "", interval(0.0, 1.0), Range(0.05, 0.5))
     position_time: float = parameter(10.0, "T1", "s", positive, Range(1.0, 100.0, log=True))
     rate_time: float = parameter(10.0, "T2", "s", positive, Range(1.0, 100.0, log=True))
     position_regularisation: float = parameter(
@@ -40,7 +40,7 @@ class PTCGains(FaultTolerantGains):
         Range(1e-4, 10.0, log=True),
     )  # fmt: skip
     switching_form: str = parameter(
-        "torque", "Meaning of the sign term, printed as a torque", rule=Choice(("torque", "acceleration"))
+        "torque", "Meaning of the sign term, printed as a torque", rule=choice("torque", "acceleration")
     )
     layer: float = parameter(
         0.0, "Boundary layer of the sign. Zero takes the sign, as printed", "1/s", non_negative,

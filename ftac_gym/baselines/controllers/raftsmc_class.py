@@ -12,7 +12,7 @@ from ftac_gym.baselines.components.relative_motion import RelativeMotion
 from ftac_gym.baselines.components.surfaces import NonsingularTerminalSurface, signed_power
 from ftac_gym.baselines.controllers.flexible import FlexibleController, FlexibleGains
 from ftac_gym.baselines.gains import Range, fixed, parameter
-from ftac_gym.baselines.rules import AtLeast, Interval
+from ftac_gym.baselines.rules import at_least, interval
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, positive
 
@@ -26,15 +26,15 @@ class RAFTSMCClassGains(FlexibleGains):
     slope: float = fixed(0.0)
     first: float = parameter(0.2, "k1", "rad/s", non_negative, Range(0.01, 1.0, log=True))
     second: float = parameter(0.2, "k2", "rad/s", non_negative, Range(0.01, 1.0, log=True))
-    first_exponent: float = parameter(1.2, "r1", "", AtLeast(1.0))
-    second_exponent: float = parameter(0.6, "r2", "", Interval(0.0, 1.0))
+    first_exponent: float = parameter(1.2, "r1", "", at_least(1.0))
+    second_exponent: float = parameter(0.6, "r2", "", interval(0.0, 1.0))
     bound: float = parameter(0.01, "phi", "", positive)
     reaching_high: float = parameter(
         20.0, "kappa_a", "N m per power of rad/s", non_negative, Range(1.0, 300.0, log=True)
     )
     reaching_low: float = parameter(8.0, "kappa_b", "N m per power of rad/s", non_negative, Range(0.1, 30.0, log=True))
-    high_exponent: float = parameter(1.5, "r3", "", AtLeast(1.0))
-    low_exponent: float = parameter(0.6, "r4", "", Interval(0.0, 1.0))
+    high_exponent: float = parameter(1.5, "r3", "", at_least(1.0))
+    low_exponent: float = parameter(0.6, "r4", "", interval(0.0, 1.0))
     adaptation: float = parameter(1.0, "g1 = g2", "N m s^-1 per rad/s", non_negative, Range(1e-3, 10.0, log=True))
     forgetting: float = parameter(0.1, "p1 = p2", "", non_negative)
     layer: float = parameter(0.01, "e", "rad/s", positive, Range(1e-3, 0.3, log=True))

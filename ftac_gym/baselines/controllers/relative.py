@@ -1,4 +1,4 @@
-"""Laws on the rotation between body and reference, instead of on a difference of attitude parameters."""
+"""Base of the controllers on the rotation between body and reference instead of a difference of attitude parameters."""
 
 from __future__ import annotations
 
@@ -30,15 +30,16 @@ class RelativeGains(AttitudeFilterGains, FaultTolerantGains):
 
 
 class RelativeController(FaultTolerantController, FilteredController):
-    """A fault-tolerant law for a sampled, saturating, noisy craft: the subclass says how the error shall accelerate.
+    """A fault-tolerant controller for sampled, saturating, noisy spacecraft; a subclass defines the acceleration.
 
     With the error MRP sigma_e of q_e = conj(q_d) (x) q, always on the short branch, and w_e = w - C(q_e) w_d:
 
         torque = J (w_e' + C w_d' - w_e x C w_d) + w x J w - D b^    (or - d^ from an observer without b^)
 
-    where w_e' is the subclass's. Neither branch switching nor the reference's own turning is in the law then. The
-    wheels get the command with the smallest largest share; what it lacks through wheels that are believed weak is
-    given to the others, and all are scaled together at the limits, which keeps the direction of the torque.
+    where w_e' is the subclass's. Neither branch switching nor the rate of the reference enters the law then. The wheels
+    get the command with the smallest largest share. The torque that weak wheels fail to give by their estimated
+    effectiveness is added by the others. All are scaled together at the limits, which keeps the direction of the
+    torque.
     """
 
     gains = RelativeGains()
@@ -46,11 +47,11 @@ class RelativeController(FaultTolerantController, FilteredController):
 
     @abstractmethod
     def _variable(self, measurement: Measurement, error: FloatArray, rate_error: FloatArray) -> FloatArray:
-        """Return s (N, 3) for sigma_e and w_e, each (N, 3), without moving on."""
+        """Return s (N, 3) for sigma_e and w_e, each (N, 3); the memory is unchanged."""
 
     @abstractmethod
     def _acceleration(self, measurement: Measurement, error: FloatArray, rate_error: FloatArray) -> FloatArray:
-        """Return the wanted w_e' (N, 3) [rad/s^2] for sigma_e and w_e, each (N, 3)."""
+        """Return the demanded w_e' (N, 3) [rad/s^2] for sigma_e and w_e, each (N, 3)."""
 
     def sliding_variable(self, measurement: Measurement) -> FloatArray:
         """Return s (N, 3) at a measurement, for its unfiltered attitude."""

@@ -11,7 +11,7 @@ from ftac_gym.attitude import cross
 from ftac_gym.baselines.components.reaching import saturation
 from ftac_gym.baselines.controllers.hybrid import HybridController, HybridGains
 from ftac_gym.baselines.gains import Range, parameter
-from ftac_gym.baselines.rules import Choice
+from ftac_gym.baselines.rules import choice
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, positive
 
@@ -24,7 +24,7 @@ class SHOPDPlusGains(HybridGains):
     damping: float = parameter(8.0, "k5", "N m", positive, Range(0.05, 30.0, log=True))
     filter_rate: float = parameter(1.0, "A, the same on each axis", "1/s", positive, Range(0.05, 5.0, log=True))
     filter_gain: float = parameter(3.0, "B, the same on each axis", "", positive, Range(0.5, 100.0, log=True))
-    filter_start: str = parameter("matched", "Start of the filter: v = 0, or q_c = 0", rule=Choice(("matched", "zero")))
+    filter_start: str = parameter("matched", "Start of the filter: v = 0, or q_c = 0", rule=choice("matched", "zero"))
 
 
 class SHOPDPlus(HybridController):

@@ -13,7 +13,7 @@ from ftac_gym.baselines.components.reaching import ExponentialReaching
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantController, FaultTolerantGains
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gains import Range, fixed, parameter
-from ftac_gym.baselines.rules import Interval, mapping
+from ftac_gym.baselines.rules import interval, mapping
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative
 
@@ -25,10 +25,10 @@ class ZhangZhouGains(FaultTolerantGains):
     smallest_effectiveness: float = fixed(0.05)
     linear: float = parameter(0.6, "Linear part of the surface", "rad/s", non_negative, Range(0.01, 1.0, log=True))
     terminal: float = parameter(0.6, "Terminal part of the surface", "rad/s", non_negative, Range(0.01, 1.0, log=True))
-    exponent: float = parameter(5.0 / 7.0, "Exponent of the terminal part", "", Interval(0.0, 1.0))
+    exponent: float = parameter(5.0 / 7.0, "Exponent of the terminal part", "", interval(0.0, 1.0))
     reaching_linear: float = parameter(1.5, "e1 or e3", "1/s", non_negative, Range(0.1, 6.0, log=True))
     reaching_switching: float = parameter(1.5, "e2 or e4", "rad/s^2", non_negative, Range(1e-4, 2.0, log=True))
-    reaching_floor: float = parameter(0.5, "d0 of the denominator N", "", Interval(0.0, 1.0))
+    reaching_floor: float = parameter(0.5, "d0 of the denominator N", "", interval(0.0, 1.0))
     reaching_steepness: float = parameter(5.0, "alpha of N", "", non_negative)
     reaching_power: int = parameter(1, "P0 of N, a positive integer")
     layer: float = parameter(

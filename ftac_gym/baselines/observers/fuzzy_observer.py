@@ -12,7 +12,7 @@ from ftac_gym.baselines.components.takagi_sugeno import TakagiSugenoModel, Trian
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gains import Gains, parameter
 from ftac_gym.baselines.observers.observer import FaultObserver
-from ftac_gym.baselines.rules import Choice, Optional, flag
+from ftac_gym.baselines.rules import choice, flag, optional
 from ftac_gym.baselines.synthesis import ObserverGains, error_dynamics
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.vibration import hub_torque
@@ -36,22 +36,22 @@ class FuzzyObserverGains(Gains):
         "f_max. Beyond it f^ is clipped and z_f is constant. It must exceed the whole equivalent fault (E - I) u + f. "
         "None for no bound",
         "N m",
-        Optional(positive),
+        optional(positive),
     )
     vibration_bound: float | None = parameter(
         None,
         "Largest sum of the magnitudes of d^, which is scaled down to it. None for no bound",
-        rule=Optional(positive),
+        rule=optional(positive),
     )
     start: str = parameter(
         "measured",
         "Initial estimate: the first measured rate with the appendages at rest, or zero",
-        rule=Choice(("measured", "zero")),
+        rule=choice("measured", "zero"),
     )
     interpolate: bool = parameter(
         True, "Whether the rate is interpolated within a period. Else it is held at its start", rule=flag
     )
-    method: str = parameter("rk4", "Integrator", rule=Choice(("rk4", "euler")))
+    method: str = parameter("rk4", "Integrator", rule=choice("rk4", "euler"))
     longest_step: float = parameter(0.05, "Largest step into which the period is divided", "s", positive)
     scheduled: bool = parameter(
         True, "Whether the gain matrices are those of the active rules. Else they are the mean of all", rule=flag

@@ -10,7 +10,7 @@ from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gains import Gains, Range, parameter
 from ftac_gym.baselines.observers.observer import FaultObserver
 from ftac_gym.baselines.observers.rate_predictor import RatePredictor
-from ftac_gym.baselines.rules import Interval
+from ftac_gym.baselines.rules import interval
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, positive, require
 
@@ -24,7 +24,7 @@ class IterativeLearningGains(Gains):
         4.0, "K2 over J, for w~ of one period", "1/s^2", positive, Range(0.1, 9.0, log=True)
     )
     forgetting: float = parameter(
-        1.0, "K1. Below one f^ never reaches a constant torque", "", Interval(0.0, 1.0, closed=True)
+        1.0, "K1. Below one f^ never reaches a constant torque", "", interval(0.0, 1.0, closed=True)
     )
 
 

@@ -13,7 +13,7 @@ from ftac_gym.baselines.gains import Range, parameter
 from ftac_gym.baselines.observers.excitation import Excitation, ExcitationGains
 from ftac_gym.baselines.observers.observer import FaultObserver
 from ftac_gym.baselines.observers.rate_predictor import RatePredictor
-from ftac_gym.baselines.rules import Interval, Optional
+from ftac_gym.baselines.rules import interval, optional
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, matrix, non_negative, positive, require
 
@@ -31,13 +31,13 @@ class LearningGains(ExcitationGains):
     second: float | Sequence[Sequence[float]] = parameter(
         1.0, "H2, an m x 3 matrix, or a number times D'", "s/rad", search=Range(0.01, 300.0, log=True)
     )
-    forgetting: float = parameter(1.0, "l", "", Interval(0.0, 1.0, closed=True))
+    forgetting: float = parameter(1.0, "l", "", interval(0.0, 1.0, closed=True))
     switching: float = parameter(0.0, "n", "N m", non_negative)
     full_torque: float | None = parameter(
         1.0, "u0: the command above which a wheel learns at full speed. None takes v = 1, as printed", "N m",
-        Optional(positive),
+        optional(positive),
     )  # fmt: skip
-    smallest: float = parameter(1e-4, "Lower end of the effectiveness", "", Interval(0.0, 1.0))
+    smallest: float = parameter(1e-4, "Lower end of the effectiveness", "", interval(0.0, 1.0))
 
 
 class LearningObserver(FaultObserver):

@@ -14,7 +14,7 @@ from ftac_gym.baselines.gains import Range, parameter
 from ftac_gym.baselines.observers.excitation import Excitation, ExcitationGains
 from ftac_gym.baselines.observers.observer import FaultObserver
 from ftac_gym.baselines.observers.rate_predictor import RatePredictor
-from ftac_gym.baselines.rules import Interval, flag
+from ftac_gym.baselines.rules import flag, interval
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
@@ -32,7 +32,7 @@ class SlidingModeGains(ExcitationGains):
     barrier: float = parameter(0.05, "Barrier", "rad/s", positive)
     barrier_torque: float = parameter(1.0, "k; 1 in the paper, where it has no symbol", "N m", non_negative)
     largest_switching: float = parameter(50.0, "Largest K", "N m", non_negative)
-    smallest: float = parameter(0.05, "Lower end of the effectiveness", "", Interval(0.0, 1.0))
+    smallest: float = parameter(0.05, "Lower end of the effectiveness", "", interval(0.0, 1.0))
     layer: float = parameter(0.01, "Boundary layer of the sign. Zero for none", "rad/s", non_negative)
     printed_barrier: bool = parameter(False, "Whether (18) is taken as printed, with w~'w~", rule=flag)
     know_rate: bool = parameter(True, "Whether w^ starts from the first measurement. Else from zero", rule=flag)

@@ -12,8 +12,8 @@ from ftac_gym.baselines.memory import Memory
 PERIOD = 0.1
 
 
-def adaptation(gain=2.0, leak=0.5, period=PERIOD, initial=0.3, craft=2, columns=3):
-    return LeakyAdaptation(Memory(craft), "gain", columns, gain, leak, period, initial)
+def adaptation(gain=2.0, leak=0.5, period=PERIOD, initial=0.3, count=2, columns=3):
+    return LeakyAdaptation(Memory(count), "gain", columns, gain, leak, period, initial)
 
 
 @pytest.mark.parametrize("leak", [0.5, 10.0])
@@ -48,7 +48,7 @@ def test_without_a_leak_it_only_grows():
     drives=st.lists(st.floats(0.0, 1e3), max_size=20),
 )  # fmt: skip
 def test_it_keeps_its_sign_under_a_drive_of_one_sign(leak, gain, initial, drives):
-    grown = adaptation(gain=gain, leak=leak, initial=initial, craft=1, columns=1)
+    grown = adaptation(gain=gain, leak=leak, initial=initial, count=1, columns=1)
     for drive in drives:
         grown.update(np.array([[drive]]))
         assert grown.value[0, 0] >= -1e-12 * max(initial, gain * max(drives))

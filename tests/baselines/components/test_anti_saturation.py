@@ -55,7 +55,7 @@ def test_it_ends_at_the_smallest_value_soon(size, substeps, periods):
 
 
 def test_coarse_steps_blow_up():
-    """What an explicit step of 10 ms makes of the same system: noise of the integrator, far above where it began."""
+    """An explicit step of 10 ms gives noise of the integrator instead, far above the initial value."""
     random, largest = np.random.default_rng(0), {}
     theta = excess(random, 8, 100.0)
     for substeps in (1, 4000):
@@ -74,11 +74,11 @@ def test_one_step_is_the_equation():
     random, (auxiliary, _) = np.random.default_rng(0), build(5, 1, gain=0.7, decay=3.0)
     theta, weak, xi = excess(random, 5, 0.3), random.uniform(0.1, 1.0, (5, 4)), np.full(3, 0.1)
     auxiliary.update(theta, weak)
-    for craft in range(5):
-        matrix = TO_ACCELERATION @ np.diag(weak[craft])
-        h = np.linalg.svd(matrix)[1][0] * np.linalg.norm(theta[craft])
-        change = -3.0 * xi - h**2 / (xi @ xi) * xi - matrix @ theta[craft]
-        np.testing.assert_allclose(auxiliary.variable[craft], xi + PERIOD * change, rtol=1e-12)
+    for row in range(5):
+        matrix = TO_ACCELERATION @ np.diag(weak[row])
+        h = np.linalg.svd(matrix)[1][0] * np.linalg.norm(theta[row])
+        change = -3.0 * xi - h**2 / (xi @ xi) * xi - matrix @ theta[row]
+        np.testing.assert_allclose(auxiliary.variable[row], xi + PERIOD * change, rtol=1e-12)
     np.testing.assert_allclose(auxiliary.correction, 0.7 * auxiliary.variable)
 
 

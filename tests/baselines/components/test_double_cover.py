@@ -31,12 +31,12 @@ etas = st.floats(0.01, 0.99)
 paths = st.lists(quaternions, min_size=1, max_size=15)
 
 
-def hybrid(eta, craft=1):
-    return HybridError(Memory(craft), eta)
+def hybrid(eta, count=1):
+    return HybridError(Memory(count), eta)
 
 
 def followed(eta, path):
-    """Lifted errors (T, 4) and h (T,) along errors (T, 4) of one craft."""
+    """Lifted errors (T, 4) and h (T,) along errors (T, 4) of one spacecraft."""
     error = hybrid(eta)
     results = [error.update(np.array(q)[None]) for q in path]
     return np.array([lifted[0] for lifted, _ in results]), np.array([logic[0, 0] for _, logic in results])
@@ -135,7 +135,7 @@ def test_a_hysteresis_that_is_no_number():
 
 # ----------------------------------------------------------------------------------------------------------- flights
 
-CRAFT, STEPS = 60, 400
+COUNT, STEPS = 60, 400
 RESTING = scenarios.get("ma_2023_unwinding").replace(
     reference=fixed_attitude(), disturbance=None, initial_state=InitialState(), control_period=0.05, physics_step=0.025
 )
@@ -151,11 +151,11 @@ LAWS = {
 
 
 def flown(name, **gains):
-    """True q_e (T, N, 4), continuous in time, of craft that start at rest, their quaternions of both signs."""
-    simulator, law = Simulator(RESTING, CRAFT), baselines.make(name, RESTING, CRAFT, **gains)
-    episodes = RESTING.draw(3, CRAFT)
-    episodes.initial["attitude"] = random_quaternion_from_uniforms(np.random.default_rng(4).random((CRAFT, 3)))
-    episodes.initial["attitude"][: CRAFT // 2] *= -1.0
+    """True q_e (T, N, 4), continuous in time, of spacecraft that start at rest, their quaternions of both signs."""
+    simulator, law = Simulator(RESTING, COUNT), baselines.make(name, RESTING, COUNT, **gains)
+    episodes = RESTING.draw(3, COUNT)
+    episodes.initial["attitude"] = random_quaternion_from_uniforms(np.random.default_rng(4).random((COUNT, 3)))
+    episodes.initial["attitude"][: COUNT // 2] *= -1.0
     simulator.reset(episodes)
     path = [simulator.state.attitude.copy()]
     for _ in range(STEPS):
@@ -166,10 +166,10 @@ def flown(name, **gains):
 
 
 def stays_on_the_short_way(path):
-    """(N,) whether a craft is never further from the nearer of the two goals than it was at its start at rest.
+    """(N,) whether a spacecraft is never further from the nearer of the two goals than it was at its start at rest.
 
-    That is more than h e_4 > -eta: h e_4 is a potential energy and there is no other at rest, so that a damped craft
-    cannot come back to where it started from, let alone to where h jumps.
+    That is stronger than h e_4 > -eta: h e_4 is a potential energy, and at rest there is no other. A damped spacecraft
+    therefore returns neither to its start nor to the jump set of h.
     """
     nearer = np.sign(path[0, :, 0]) * path[:, :, 0]
     return (nearer >= nearer[0] - 1e-9).all(axis=0) & (nearer[1] > nearer[0])
@@ -187,7 +187,7 @@ def test_a_craft_at_rest_goes_the_short_way_whatever_its_quaternion_s_sign(case)
 
 @pytest.mark.parametrize("case", LAWS)
 def test_without_a_hysteresis_a_craft_goes_the_long_way_if_its_quaternion_says_so(case):
-    """The check of the last test fails for a law whose h is frozen: for every craft that starts with e_4 < 0."""
+    """The check of the last test fails for a law whose h is frozen: for every spacecraft that starts with e_4 < 0."""
     name, gains = LAWS[case]
     path = flown(name, **{**gains, "hysteresis": None})
     negative = path[0, :, 0] < 0.0

@@ -1,4 +1,4 @@
-"""Allocation through wheels that are believed weak."""
+"""Allocation to wheels of estimated effectiveness."""
 
 import numpy as np
 import pytest

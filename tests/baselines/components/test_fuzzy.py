@@ -12,8 +12,8 @@ from ftac_gym.baselines.memory import Memory
 PERIOD, GAIN, LEAK, WIDTH = 0.05, 2.0, 0.3, 0.5
 
 
-def system(craft=4, inputs=9, rules=7, gain=GAIN, leak=LEAK):
-    return FuzzyApproximator(Memory(craft), inputs, gain, leak, WIDTH, PERIOD, rules)
+def system(count=4, inputs=9, rules=7, gain=GAIN, leak=LEAK):
+    return FuzzyApproximator(Memory(count), inputs, gain, leak, WIDTH, PERIOD, rules)
 
 
 @settings(max_examples=60, deadline=None)
@@ -62,7 +62,7 @@ def test_theta_for_a_constant_drive():
         theta = drive / LEAK * (1.0 - (1.0 - LEAK * PERIOD) ** step)
         np.testing.assert_allclose(fuzzy(variable, *inputs), (theta * weight)[:, None] * variable, rtol=1e-12)
     np.testing.assert_allclose(theta, drive / LEAK * -np.expm1(-LEAK * 99 * PERIOD), rtol=0.02)
-    for _ in range(2000):  # and forgets
+    for _ in range(2000):  # and decays
         fuzzy(np.zeros((4, 3)), *inputs)
     assert np.abs(fuzzy(variable, *inputs)).max() < 1e-10
 

@@ -153,7 +153,7 @@ def test_turns_are_exact_and_within_the_limits(angles, acceleration, rate_limit,
     assert (rate >= -1e-9).all() and (rate <= rate_limit + 1e-9).all()
     steps = np.diff(time, axis=0)
     assert (np.abs(np.diff(rate, axis=0)) <= acceleration * steps + 1e-9).all()
-    # The mean rate of an interval lies between its ends but for what the acceleration can do within.
+    # The mean rate of an interval lies between its ends, up to the effect of the acceleration within.
     mean = 0.5 * (rate[1:] + rate[:-1])
     assert (np.abs(np.diff(angle, axis=0) - mean * steps) <= 0.25 * acceleration * steps**2 + 1e-9).all()
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from helpers import controllers
-from helpers.laws import Craft, Target
+from helpers.laws import NominalModel, Target
 
 from ftac_gym import baselines
 from ftac_gym.dynamics import Simulator
@@ -55,7 +55,7 @@ def scenario(reference, period):
 
 
 def moments(name, reference, **gains):
-    """Return time, attitude, rate and memory at some moments of a flight of some craft."""
+    """Return time, attitude, rate and memory at some moments of a flight of some spacecraft."""
     task = scenario(reference, 0.01)
     simulator, law = Simulator(task, COUNT), baselines.make(name, task, COUNT, **gains)
     simulator.reset(task.draw(3, COUNT))
@@ -101,15 +101,13 @@ def test_the_sliding_variable_changes_as_designed(case, moving):
     for moment in moments(name, MRPSinusoid(**WAVE) if moving else SetPoints(), **parts):
         variable, change = measured(name, moving, moment, parts)
         time, attitude, rate, memory = moment
-        for craft in range(COUNT):
-            law = controller(Craft(scenario(SetPoints(), 0.01), Target(**WAVE) if moving else None), **gains)
+        for row in range(COUNT):
+            law = controller(NominalModel(scenario(SetPoints(), 0.01), Target(**WAVE) if moving else None), **gains)
             for theirs, ours in ADAPTED.items():
                 if theirs in memory:
-                    setattr(
-                        law, ours, memory[theirs][craft] if theirs == "network_weights" else memory[theirs][craft, 0]
-                    )
-            expected_variable, expected, _ = law.state(time, attitude[craft], rate[craft])
-            np.testing.assert_allclose(variable[craft], expected_variable, atol=1e-12)
-            np.testing.assert_allclose(change[craft], expected, rtol=1e-6, atol=1e-6)
+                    setattr(law, ours, memory[theirs][row] if theirs == "network_weights" else memory[theirs][row, 0])
+            expected_variable, expected, _ = law.state(time, attitude[row], rate[row])
+            np.testing.assert_allclose(variable[row], expected_variable, atol=1e-12)
+            np.testing.assert_allclose(change[row], expected, rtol=1e-6, atol=1e-6)
             largest = max(largest, np.abs(expected).max())
     assert largest > 0.1  # rad/s^2: there is something to compare

@@ -22,14 +22,14 @@ EITHER = [pytest.param(membership, id=name) for name, membership in MEMBERSHIPS.
 SEEDS = st.integers(0, 2**32 - 1)
 
 
-def spacecraft(modes, seed):
+def bending(modes, seed):
     return Spacecraft(INERTIA, WheelArray(PYRAMID, 0.2), True, random_appendages(modes, seed))
 
 
-def equations_of_motion(craft, rate, torque, varpi):
-    """w' and (eta, eta' + delta w)' by the mass matrix of body and modes, which the model knows nothing of."""
-    modes = craft.appendages
-    inertia, delta = craft.inertia_matrix, np.array(modes.coupling)
+def equations_of_motion(body, rate, torque, varpi):
+    """w' and (eta, eta' + delta w)' by the mass matrix of body and modes, which the model does not use."""
+    modes = body.appendages
+    inertia, delta = body.inertia_matrix, np.array(modes.coupling)
     frequencies, count = np.array(modes.frequencies), modes.count
     mass = np.block([[inertia, delta.T], [delta, np.eye(count)]])
     accelerations, swings = [], []
@@ -44,11 +44,11 @@ def equations_of_motion(craft, rate, torque, varpi):
 
 
 def drawn(modes, seed, reach, count=20):
-    """A craft, its model, and random rates, torques and vibrations."""
+    """A spacecraft, its model, and random rates, torques and vibrations."""
     rng = np.random.default_rng(seed)
-    craft = spacecraft(modes, seed)
+    spacecraft = bending(modes, seed)
     motion = rng.uniform(-reach, reach, (count, 3)), rng.normal(size=(count, 3)), rng.normal(size=(count, 2 * modes))
-    return craft, TakagiSugenoModel(craft), *motion
+    return spacecraft, TakagiSugenoModel(spacecraft), *motion
 
 
 def error(value, truth):
@@ -58,28 +58,28 @@ def error(value, truth):
 @settings(deadline=None, max_examples=40)
 @given(modes=st.integers(1, 6), seed=SEEDS)
 def test_blend_of_triangular_sets_is_the_nonlinear_model_within_the_sector(modes, seed):
-    craft, model, rate, torque, varpi = drawn(modes, seed, BOUND)
+    body, model, rate, torque, varpi = drawn(modes, seed, BOUND)
     turn, swing = model.slopes(TriangularSets()(rate), rate, torque, varpi)
-    expected_turn, expected_swing = equations_of_motion(craft, rate, torque, varpi)
+    expected_turn, expected_swing = equations_of_motion(body, rate, torque, varpi)
     assert error(turn, expected_turn) < 1e-12
     assert error(swing, expected_swing) < 1e-12
 
 
 @pytest.mark.parametrize("corner", range(8))
 def test_blend_is_exact_on_the_edge_of_the_sector_and_wrong_beyond(corner):
-    craft, model, _, torque, varpi = drawn(3, 5, BOUND, 1)
+    body, model, _, torque, varpi = drawn(3, 5, BOUND, 1)
     for stretch, exact in ((1.0, True), (1.3, False)):
         rate = stretch * model.corners[corner : corner + 1]
         turn, _ = model.slopes(TriangularSets()(rate), rate, torque, varpi)
-        assert (error(turn, equations_of_motion(craft, rate, torque, varpi)[0]) < 1e-12) == exact
+        assert (error(turn, equations_of_motion(body, rate, torque, varpi)[0]) < 1e-12) == exact
 
 
 def test_sector_can_be_wider():
-    craft, _, rate, torque, varpi = drawn(2, 9, 2.0)
-    wide = TakagiSugenoModel(craft, 2.0)
+    body, _, rate, torque, varpi = drawn(2, 9, 2.0)
+    wide = TakagiSugenoModel(body, 2.0)
     assert np.abs(wide.corners).max() == 2.0
     turn, _ = wide.slopes(TriangularSets(2.0)(rate), rate, torque, varpi)
-    assert error(turn, equations_of_motion(craft, rate, torque, varpi)[0]) < 1e-12
+    assert error(turn, equations_of_motion(body, rate, torque, varpi)[0]) < 1e-12
 
 
 @pytest.mark.parametrize(

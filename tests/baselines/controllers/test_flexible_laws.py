@@ -1,65 +1,20 @@
-"""The laws of Li et al. 2023 for one craft after another, against formulas written again from the paper."""
+"""The laws of Li et al. 2023 for one spacecraft after another, against formulas written again from the paper."""
 
 import numpy as np
 import pytest
+from helpers.flexible_cases import FLEXIBLE, LI, MOVING, drawn, each, free
 from helpers.flexible_spacecraft import random_appendages
-from helpers.fuzzy_laws import FixedTime, FlexibleCraft, Integral, Law, firing
-from helpers.laws import Craft, relative, rotation
+from helpers.fuzzy_laws import FixedTime, Integral, Law
+from helpers.laws import NominalModel
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
 
-from ftac_gym import baselines, scenarios
+from ftac_gym import baselines
 from ftac_gym.baselines import synthesis
-from ftac_gym.baselines.memory import Memory
-from ftac_gym.baselines.observers import make as make_observer
 from ftac_gym.spacecraft.spacecraft import Spacecraft
-from ftac_gym.spacecraft.wheel_array import WheelArray
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.references import RateProfile
 
-LI, FLEXIBLE = scenarios.get("li_2023"), scenarios.get("flexible")
-MOVING = RateProfile(amplitude=(0.05, 0.05, 0.05), frequency=(0.5, 0.8, 1.1))
 SEEDS = st.integers(0, 2**32 - 1)
-
-
-def free(reference=MOVING, limit=1e6):
-    """The paper's craft with wheels that are never at their limit."""
-    craft = LI.spacecraft
-    wheels = WheelArray(craft.wheels.axes, limit, momentum_coupling=False)
-    return LI.replace(spacecraft=Spacecraft(craft.inertia, wheels, appendages=craft.appendages), reference=reference)
-
-
-def unit(rng, count):
-    q = rng.normal(size=(count, 4))
-    return q / np.linalg.norm(q, axis=1, keepdims=True)
-
-
-def drawn(scenario, seed, count=6, rate=0.3, turn=None):
-    """A measurement of craft anywhere, with a reference anywhere; one at rest has no rate."""
-    rng, wheels = np.random.default_rng(seed), scenario.spacecraft.wheels.count
-    moves = float(scenario.reference.moving)
-    target, attitude = unit(rng, count), unit(rng, count)
-    if turn is not None:
-        attitude = target + turn * attitude
-        attitude /= np.linalg.norm(attitude, axis=1, keepdims=True)
-    return Measurement(
-        np.zeros(count), attitude, rate * rng.uniform(-1.0, 1.0, (count, 3)), np.zeros((count, wheels)),
-        rng.normal(size=(count, wheels)), np.ones(count, bool), target,
-        moves * 0.1 * rng.normal(size=(count, 3)), moves * 0.1 * rng.normal(size=(count, 3)),
-    )  # fmt: skip
-
-
-def each(measurement):
-    """(q, w, (q_d, w_d, w_d')) of each craft."""
-    given = measurement
-    return [
-        (q, w, reference)
-        for q, w, *reference in zip(
-            given.attitude, given.rate, given.reference_attitude, given.reference_rate, given.reference_acceleration,
-            strict=True,
-        )
-    ]  # fmt: skip
 
 
 def gains_of(scenario, design="published"):
@@ -182,7 +137,7 @@ def test_four_wheels_share_the_torque_evenly(name):
     """The smallest largest wheel torque, and all scaled alike at the limit."""
     options = {"fuzzy_smc_solved": {"faults": "none"}, "aismc": {"design": "solved"}}.get(name, {})
     law = baselines.make(name, FLEXIBLE, num_spacecraft=6, **options)
-    craft, limited = Craft(FLEXIBLE), 0
+    model, limited = NominalModel(FLEXIBLE), 0
     kinds = {
         "fuzzy_smc_solved": (Law, {}),
         "aismc": (Integral, {"period": 0.1}),
@@ -199,7 +154,7 @@ def test_four_wheels_share_the_torque_evenly(name):
         command = law.act(measurement)
         for one, sent, state in zip(again, command, each(measurement), strict=True):
             torque = one.fuzzy_smc(*state) if kind is Law else one.torque(*state)
-            wheels = craft.minimax(torque)
+            wheels = model.minimax(torque)
             wheels = wheels * min(1.0, 0.2 / np.abs(wheels).max())
             limited += np.abs(wheels).max() > 0.2 - 1e-12
             np.testing.assert_allclose(sent, wheels, rtol=0.0, atol=1e-8)
@@ -244,148 +199,6 @@ def test_the_short_way_does_not_care_for_the_sign_of_the_quaternion(name):
         assert (np.abs(one - other).max() < 1e-12 * np.abs(one).max()) == short_way
 
 
-# -------------------------------------------------------------------------------------------------- continuous loop
-
-
-@pytest.mark.parametrize(("name", "short_way"), [("fuzzy_smc", False), ("fuzzy_smc_solved", True)])
-def test_fuzzy_smc_gives_s_the_designed_motion(name, short_way):
-    """s' = (A + B K) s - B (sigma_1 + sigma_2 / (|s| + layer)) s along a flight, the true vibration compensated."""
-    scenario, layer = free(), 0.05
-    design = "published" if name == "fuzzy_smc" else "solved"
-    kept = synthesis.gains(LI.spacecraft, design)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(synthesis, "gains", lambda spacecraft, source: kept)
-        law = baselines.make(name, scenario, faults="none", observer=None, layer=layer, short_way=short_way)
-    craft, again = FlexibleCraft(LI.spacecraft), Law(LI.spacecraft, short_way=short_way)
-    frequency = np.array([0.5, 0.8, 1.1])
-
-    def target(time):
-        return 0.05 * np.sin(frequency * time), 0.05 * frequency * np.cos(frequency * time)
-
-    def turning(q, w):
-        return 0.5 * np.append(-q[1:] @ w, q[0] * w + np.cross(q[1:], w))
-
-    def split(state):
-        return state[:4], state[4:7], state[7:11], state[11:15], state[15:]
-
-    def derivative(time, state):
-        q, w, eta, swing, aim = split(state)
-        rate, acceleration = target(time)
-        measurement = Measurement(
-            np.array([time]), q[None], w[None], np.zeros((1, 3)), np.zeros((1, 3)), np.ones(1, bool), aim[None],
-            rate[None], acceleration[None],
-        )  # fmt: skip
-        torque = law.act(measurement)[0] - craft.vibration_torque(w, eta, swing)
-        turn, bend = craft.accelerations(w, torque, eta, swing)
-        return np.concatenate([turning(q, w), turn, swing, bend, turning(aim, rate)])
-
-    def variable(time, state):
-        q, w, _, _, aim = split(state)
-        return again.variable(q, w, (aim, *target(time)))
-
-    start = np.concatenate([[0.9, 0.2, -0.3, 0.1], [0.05, -0.1, 0.08], 0.1 * np.ones(8), [1.0, 0.0, 0.0, 0.0]])
-    start[:4] /= np.linalg.norm(start[:4])
-    options = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13}
-    step, count = 1e-3, 0
-    times = np.arange(0.5, 10.0, 0.5)
-    samples = np.sort(np.concatenate([times + k * step for k in (-2, -1, 0, 1, 2)]))
-    path = solve_ivp(derivative, (0.0, 10.5), start, t_eval=samples, **options).y.T.reshape(len(times), 5, -1)
-    for time, near in zip(times, path, strict=True):
-        far, back, s, ahead, farther = (variable(time + k * step, near[k + 2]) for k in (-2, -1, 0, 1, 2))
-        slope = (8.0 * (ahead - back) - (farther - far)) / (12.0 * step)
-        w = near[2, 4:7]
-        gain = sum(share * matrix for share, matrix in zip(firing(w), kept.controller.feedback, strict=True))
-        robust = 0.2 + 0.15 / (np.linalg.norm(s) + layer)
-        expected = (craft.state(w) + craft.input @ gain) @ s - robust * craft.input @ s
-        np.testing.assert_allclose(slope, expected, rtol=0.0, atol=1e-8 * max(1.0, np.abs(expected).max()))
-        count += np.abs(expected).max() > 1e-3
-    assert count > 5
-
-
-def test_variable_of_the_law_is_that_of_the_kinematics():
-    """C(q_e) of the helper and of the law turn a reference rate alike."""
-    scenario = free()
-    measurement = drawn(scenario, 5)
-    law = baselines.make("fuzzy_pd", scenario, num_spacecraft=6, slope=0.0)
-    for s, (q, w, reference) in zip(law.sliding_variable(measurement), each(measurement), strict=True):
-        matrix = rotation(q) @ rotation(reference[0]).T
-        np.testing.assert_allclose(s, w - matrix @ reference[1], rtol=0.0, atol=1e-14)
-        np.testing.assert_allclose(matrix, rotation(relative(q, reference[0])), rtol=0.0, atol=1e-14)
-
-
-# -------------------------------------------------------------------------------------- iterative learning observer
-
-
-def learned(scenario, commands, **gains):
-    """w~ and f^ (T, 6) of a craft that stays at rest under commands (T, m)."""
-    memory = Memory(1)
-    observer = make_observer("ilo_class", scenario, memory, **gains)
-    results = []
-    for command in commands:
-        measurement = drawn(scenario, 0, 1, rate=0.0)
-        estimate = observer.update(measurement, command[None], scenario.control_period)
-        results.append(np.append(memory["rate_mismatch"][0], estimate.disturbance[0]))
-    return np.array(results)
-
-
-@pytest.mark.parametrize(
-    ("rate_gain", "learning_gain", "forgetting"), [(8.0, 4.0, 1.0), (8.0, 4.0, 0.9), (2.0, 1.0, 0.5)]
-)
-def test_learning_finds_a_share_of_a_lasting_torque(rate_gain, learning_gain, forgetting):
-    """f = K1 f + K2 w~ and f + L w~ = torque at rest, hence f = torque / (1 + (1 - K1) rate_gain / learning_gain)."""
-    axes, torque = FLEXIBLE.spacecraft.wheels.axis_matrix, np.array([0.03, -0.02, 0.05])
-    commands = np.tile(-np.linalg.pinv(axes) @ torque, (2000, 1))
-    gains = {"rate_gain": rate_gain, "learning_gain": learning_gain, "forgetting": forgetting}
-    found = learned(FLEXIBLE, commands, **gains)[-1, 3:]
-    share = 1.0 / (1.0 + (1.0 - forgetting) * rate_gain / learning_gain)
-    np.testing.assert_allclose(found, share * torque, rtol=1e-9)
-    assert (share == 1.0) == (forgetting == 1.0)
-
-
-@pytest.mark.parametrize(
-    ("rate_gain", "learning_gain", "forgetting"), [(8.0, 4.0, 1.0), (3.0, 6.0, 0.9), (15.0, 2.0, 1.0)]
-)
-def test_learning_moves_as_its_matrix_says(rate_gain, learning_gain, forgetting):
-    """w~' and J^-1 f' from those of one period before, identified from a flight that decays."""
-    gains = {"rate_gain": rate_gain, "learning_gain": learning_gain, "forgetting": forgetting}
-    commands = np.zeros((14, 4))
-    commands[1] = (0.1, 0.0, 0.05, 0.0)
-    path = learned(FLEXIBLE, commands, **gains)[1:]
-    inverse = np.linalg.inv(FLEXIBLE.spacecraft.inertia_matrix)
-    pairs = np.stack([path[:, 0], (path[:, 3:] @ inverse)[:, 0]])
-    matrix = pairs[:, 1:] @ np.linalg.pinv(pairs[:, :-1])
-    period, decay = FLEXIBLE.control_period, 1.0 - FLEXIBLE.control_period * rate_gain
-    expected = [[decay, -period], [learning_gain * decay, forgetting - learning_gain * period]]
-    np.testing.assert_allclose(matrix, expected, rtol=0.0, atol=1e-8)
-
-
-@pytest.mark.parametrize("rate_gain", [1.0, 8.0, 15.0])
-def test_learning_that_is_not_stable_is_refused(rate_gain):
-    """Where it starts to be refused, a pole of z^2 - trace z + det is at -1: 1 + trace + det = 0 for K1 = 1."""
-    period = FLEXIBLE.control_period
-    decay = 1.0 - period * rate_gain
-    # trace = decay + 1 - T k, det = decay; 1 + trace + det = 0.
-    edge = (2.0 + 2.0 * decay) / period
-    make_observer("ilo_class", FLEXIBLE, Memory(1), rate_gain=rate_gain, learning_gain=0.999 * edge)
-    with pytest.raises(ValueError, match=r"learning_gain with rate_gain = .* must be stable"):
-        make_observer("ilo_class", FLEXIBLE, Memory(1), rate_gain=rate_gain, learning_gain=1.001 * edge)
-
-
-@pytest.mark.parametrize(
-    ("gains", "message"),
-    [
-        ({"rate_gain": 25.0}, "must be stable"),
-        ({"rate_gain": 0.0}, "rate_gain must be positive"),
-        ({"learning_gain": -1.0}, "learning_gain must be positive"),
-        ({"forgetting": 0.0}, r"forgetting must lie within \(0, 1\]"),
-        ({"forgetting": 1.1}, r"forgetting must lie within \(0, 1\]"),
-    ],
-)
-def test_gains_of_the_learning_observer_are_checked(gains, message):
-    with pytest.raises(ValueError, match=message):
-        make_observer("ilo_class", FLEXIBLE, Memory(1), **gains)
-
-
 # ----------------------------------------------------------------------------------------------------------- refusals
 
 
@@ -394,8 +207,8 @@ def rigid():
 
 
 def two_modes():
-    craft = LI.spacecraft
-    return LI.replace(spacecraft=Spacecraft(craft.inertia, craft.wheels, appendages=random_appendages(2)))
+    spacecraft = LI.spacecraft
+    return LI.replace(spacecraft=Spacecraft(spacecraft.inertia, spacecraft.wheels, appendages=random_appendages(2)))
 
 
 @pytest.mark.parametrize(

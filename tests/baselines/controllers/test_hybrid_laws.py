@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from helpers.hybrid_laws import AFNTSMC, HSFC, SHOPD, RateTarget, kinematics
-from helpers.laws import Craft, Plant
+from helpers.laws import NominalModel, Plant
 from scipy.integrate import solve_ivp
 
 from ftac_gym import baselines, scenarios
@@ -27,7 +27,7 @@ AWAY = tuple(2.0 * NEAR[1:])  # a rate that takes it through 180 degrees
 
 
 def task(period, wheels="orthogonal", limit=10.0, attitude=START, rate=RATE, **changes):
-    """The paper's craft, disturbance and kind of fault and reference."""
+    """The paper's spacecraft, disturbance and kind of fault and reference."""
     array = WheelArray(AXES[wheels].tolist(), limit, momentum_coupling=False)
     faults = tuple(
         LossOfEffectiveness(wheel=wheel, effectiveness=0.5 + 0.05 * wheel, amplitude=0.05, frequency=2.0 + wheel)
@@ -71,12 +71,12 @@ def flown(scenario, name, steps, **gains):
 
 def both(scenario, name, law, steps, start, gains):
     """Return states and commands of the package and of the law that was written again."""
-    plant = Plant(law.craft, *truth(law.craft.axes.shape[1]))
+    plant = Plant(law.model, *truth(law.model.axes.shape[1]))
     return *flown(scenario, name, steps, **gains), *plant.history(law, start, steps)
 
 
 def craft_of(scenario):
-    return Craft(scenario, RateTarget((0.05, 0.05, 0.05), FREQUENCY))
+    return NominalModel(scenario, RateTarget((0.05, 0.05, 0.05), FREQUENCY))
 
 
 SOFT = {"layer": 0.05}
@@ -193,13 +193,13 @@ def test_a_shorter_period_converges_to_the_continuous_loop(form):
     scenario = task(0.01, limit=limit)
     law = HSFC(craft_of(scenario), **gains)
     effectiveness, _, external = truth(3)
-    target, craft = law.craft.target, law.craft
+    target, model = law.model.target, law.model
 
     def derivative(time, state):
         q, w, reference, law.gamma = state[:4], state[4:7], state[7:11], state[11]
         rate, acceleration = target.motion(time)
         torque, growth = law.demanded(*law.errors((reference, rate, acceleration), q, w))
-        change = craft.inverse @ (effectiveness(time, None) * torque + external(time) - craft.gyroscopic(w))
+        change = model.inverse @ (effectiveness(time, None) * torque + external(time) - model.gyroscopic(w))
         return np.concatenate([kinematics(q, w), change, kinematics(reference, rate), [growth * law.gamma]])
 
     begin = np.concatenate([start, [1.0, 0.0, 0.0, 0.0, 2.5]])

@@ -21,7 +21,7 @@ BIASED = FLAGSHIP.replace(**{**QUIET, "faults": FaultSchedule((Bias(wheel=1, con
 
 
 def fly(scenario, name, count=8, seed=0, duration=120.0, **gains):
-    """Return the true errors [deg], rates [rad/s] and commands [N m] of N craft, (steps, N, ...)."""
+    """Return the true errors [deg], rates [rad/s] and commands [N m] of N spacecraft, (steps, N, ...)."""
     simulator, baseline = Simulator(scenario, count), baselines.make(name, scenario, count, **gains)
     simulator.reset(scenario.draw(seed, count))
     errors, rates, commands = [], [], []
@@ -37,7 +37,7 @@ def fly(scenario, name, count=8, seed=0, duration=120.0, **gains):
 @pytest.mark.parametrize("allocation", ["minimax", "pseudo_inverse"])
 @pytest.mark.parametrize("telemetry", [False, True])
 @pytest.mark.parametrize("name", NAMES)
-def test_settles_a_healthy_craft(name, telemetry, allocation):
+def test_settles_a_healthy_spacecraft(name, telemetry, allocation):
     errors, rates, _ = fly(FLAGSHIP.replace(**QUIET), name, telemetry=telemetry, allocation=allocation)
     assert (errors[0] > 1.0).all()
     assert errors[-1].max() < 0.01
@@ -155,9 +155,9 @@ def test_braking_in_time_avoids_overshoot():
     scenario = FLAGSHIP.replace(**QUIET, initial_state=InitialState(angle=3.0))
     errors, _, _ = fly(scenario, "pd")
     settled = np.argmax(errors < 0.5, axis=0)
-    for craft, step in enumerate(settled):
+    for row, step in enumerate(settled):
         assert 0 < step < 1200
-        assert errors[step:, craft].max() < 2.0
+        assert errors[step:, row].max() < 2.0
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -188,7 +188,7 @@ def test_bad_bandwidth():
         baselines.make("pd", FLAGSHIP, bandwidth=1.0)
 
 
-def test_unknown_baseline_and_craft():
+def test_unknown_baseline_and_count():
     known = r"baseline must be one of \[.*'pd', 'pd_dob'.*\], or .module:Class. for a custom baseline, got 'lqr'"
     with pytest.raises(ValueError, match=known):
         baselines.make("lqr", FLAGSHIP)

@@ -50,15 +50,15 @@ def test_reaching_times_are_the_closed_forms(moving):
         scenario, "ptc_no_observer", 6, 2.5, switching_gain=0.0, position_time=1.5, rate_time=1.0
     )
     expected = rate.reaching_time(0.5 * variables[0] ** 2)
-    for craft in range(6):
+    for row in range(6):
         # What is left of a time below a small energy is known too.
-        on_surface = np.argmax(variables[:, craft] < 3e-5)
+        on_surface = np.argmax(variables[:, row] < 3e-5)
         arrived = on_surface * period + rate.reaching_time(0.5 * 3e-5**2)
-        assert arrived == pytest.approx(expected[craft], abs=5e-3)
-        start = round(expected[craft] / period)
-        left = position.reaching_time(0.5 * errors[start, craft] ** 2)
-        at_target = np.argmax(errors[:, craft] < 1e-5) * period + position.reaching_time(0.5 * 1e-5**2)
-        assert at_target == pytest.approx(expected[craft] + left, abs=5e-3)
+        assert arrived == pytest.approx(expected[row], abs=5e-3)
+        start = round(expected[row] / period)
+        left = position.reaching_time(0.5 * errors[start, row] ** 2)
+        at_target = np.argmax(errors[:, row] < 1e-5) * period + position.reaching_time(0.5 * 1e-5**2)
+        assert at_target == pytest.approx(expected[row] + left, abs=5e-3)
         assert at_target < 2.5  # T1 + T2 bounds it
     assert np.ptp(expected) > 0.05  # it does depend on the start
     assert errors[-1].max() < 1e-5

@@ -15,8 +15,8 @@ from ftac_gym.task.references import MRPSinusoid
 NAMES = ("tsmc_class", "nftsm", "predefined_time")
 FLAGSHIP, TRACKING = scenarios.get("flagship"), scenarios.get("flagship_tracking")
 QUIET = {"faults": None, "sensors": None, "disturbance": None, "inertia_uncertainty": None}
-CRAFT = task(4, 0.05, None)
-INERTIA, AXES = CRAFT.spacecraft.inertia_matrix, CRAFT.spacecraft.wheels.axis_matrix
+TASK = task(4, 0.05, None)
+INERTIA, AXES = TASK.spacecraft.inertia_matrix, TASK.spacecraft.wheels.axis_matrix
 
 
 def fly(scenario, name, count=4, duration=60.0, **gains):
@@ -50,7 +50,7 @@ def test_brings_healthy_craft_to_the_target(name, scenario):
 
 @pytest.mark.parametrize("name", [*NAMES, "shen_class"])
 def test_neither_the_inertial_frame_nor_the_sign_of_a_quaternion_matters(name):
-    moving = CRAFT.replace(reference=MRPSinusoid((0.1, 0.1, 0.1), (1.0, 1.0, 1.0)))
+    moving = TASK.replace(reference=MRPSinusoid((0.1, 0.1, 0.1), (1.0, 1.0, 1.0)))
     measurement, turn = states(6, 0.1), np.array([0.5, -0.5, 0.5, 0.5])
     turned = Measurement(**{
         **vars(measurement), "attitude": quaternion_product(turn, measurement.attitude),
@@ -63,7 +63,7 @@ def test_neither_the_inertial_frame_nor_the_sign_of_a_quaternion_matters(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_body_that_follows_exactly_gets_the_feed_forward_alone(name):
-    moving = CRAFT.replace(reference=MRPSinusoid((0.1, 0.1, 0.1), (1.0, 1.0, 1.0)))
+    moving = TASK.replace(reference=MRPSinusoid((0.1, 0.1, 0.1), (1.0, 1.0, 1.0)))
     measurement = states(6, 0.05)
     following = Measurement(
         **{**vars(measurement), "attitude": measurement.reference_attitude, "rate": measurement.reference_rate}
@@ -84,11 +84,11 @@ def test_a_body_that_follows_exactly_gets_the_feed_forward_alone(name):
     ],
 )
 def test_the_rate_gain_at_zero_is_the_one_given(name, gains, expected):
-    """What sampling limits: for small rates on target the torque is -J k w."""
+    """Gain that sampling limits: for small rates on target the torque is -J k w."""
     rate = 1e-9 * np.random.default_rng(0).normal(size=(6, 3))
     four, three, identity = np.zeros((6, 4)), np.zeros((6, 3)), np.tile([1.0, 0, 0, 0], (6, 1))
     still = Measurement(np.zeros(6), identity, rate, four, four, np.ones(6, bool), identity, three, three)
-    command = baselines.make(name, CRAFT, 6, **gains).act(still)
+    command = baselines.make(name, TASK, 6, **gains).act(still)
     np.testing.assert_allclose(command @ AXES.T, -expected * rate @ INERTIA, rtol=2e-3)
 
 
@@ -96,10 +96,10 @@ def test_the_rate_gain_at_zero_is_the_one_given(name, gains, expected):
 def test_saturated_torque_keeps_its_direction(name):
     """All wheels are scaled together; with wide limits the same law asks for a multiple."""
     measurement = states(6, 0.5)
-    wide = CRAFT.replace(spacecraft=task(4, 0.05, None).spacecraft)
-    wheels = type(CRAFT.spacecraft.wheels)(AXES.tolist(), 1e6, momentum_coupling=False)
-    wide = CRAFT.replace(spacecraft=type(CRAFT.spacecraft)(INERTIA.tolist(), wheels, allow_unphysical_inertia=True))
-    limited, free = (baselines.make(name, scenario, 6).act(measurement) for scenario in (CRAFT, wide))
+    wide = TASK.replace(spacecraft=task(4, 0.05, None).spacecraft)
+    wheels = type(TASK.spacecraft.wheels)(AXES.tolist(), 1e6, momentum_coupling=False)
+    wide = TASK.replace(spacecraft=type(TASK.spacecraft)(INERTIA.tolist(), wheels, allow_unphysical_inertia=True))
+    limited, free = (baselines.make(name, scenario, 6).act(measurement) for scenario in (TASK, wide))
     share = np.abs(free).max(axis=1, keepdims=True) / 5.0
     assert (share > 1.0).any()
     np.testing.assert_allclose(limited * np.maximum(share, 1.0), free, rtol=1e-9, atol=1e-9)
@@ -141,4 +141,4 @@ def test_knowing_the_faults_helps(name):
 )  # fmt: skip
 def test_bad_gains(name, gains, message):
     with pytest.raises(ValueError, match=f"^{name}: .*{message}"):
-        baselines.make(name, CRAFT, **gains)
+        baselines.make(name, TASK, **gains)

@@ -34,12 +34,12 @@ def fly(scenario, law, duration=70.0, seed=0):
 
 
 def left(energies, scenario=CERTAIN, seconds=10.0):
-    """Return the mean energy of each craft over the last seconds [J]."""
+    """Return the mean energy of each spacecraft over the last seconds [J]."""
     return energies[-round(seconds / scenario.control_period) :].mean(axis=0)
 
 
 def recorded(scenario, steps=20, seed=1):
-    """Return measurements along flights of a few craft under random commands."""
+    """Return measurements along flights of a few spacecraft under random commands."""
     simulator, random = Simulator(scenario, COUNT), np.random.default_rng(seed)
     simulator.reset(scenario.draw(seed, COUNT))
     limits, measurements = scenario.spacecraft.wheels.torque_limits, []
@@ -72,7 +72,7 @@ def test_it_is_the_shaper_that_does_it():
 
 
 def test_wrong_frequencies_and_faults_are_borne():
-    """Modes within 20 %, noise, disturbance, faults: in most craft a hundredth of the vibration is left."""
+    """Modes within 20 %, noise, disturbance, faults: in most spacecraft a hundredth of the vibration is left."""
     shaped, _, _ = fly(FLEXIBLE, ShapedPD(FLEXIBLE, 32), 90.0)
     usual, _, _ = fly(FLEXIBLE, baselines.make("pd_dob", FLEXIBLE, 32), 90.0)
     assert np.median(left(shaped)) < 1e-2 * np.median(left(usual))
@@ -210,10 +210,10 @@ def test_a_batch_equals_single_craft_and_resets_by_mask():
     for step, measurement in enumerate(recorded(scenario)):
         if step == 10:
             together.reset(mask)
-            for craft in np.flatnonzero(mask):
-                alone[craft].reset()
+            for row in np.flatnonzero(mask):
+                alone[row].reset()
         command = together.act(measurement)
-        singly = [single.act(measurement.take(np.array([craft]))) for craft, single in enumerate(alone)]
+        singly = [single.act(measurement.take(np.array([row]))) for row, single in enumerate(alone)]
         np.testing.assert_allclose(command, np.concatenate(singly), rtol=1e-9, atol=1e-12)
 
 

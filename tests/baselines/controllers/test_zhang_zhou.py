@@ -31,7 +31,7 @@ def paper(period=0.05, **changes):
 
 
 def fly(scenario, name, duration, **gains):
-    """Return errors [deg], sliding variables (steps, 3) and the memory after every period of one craft."""
+    """Return errors [deg], sliding variables (steps, 3) and the memory after every period of one spacecraft."""
     simulator, law = Simulator(scenario, 1), baselines.make(name, scenario, **gains)
     simulator.reset(scenario.draw(0, 1))
     errors, variables, memories = [], [], []
@@ -71,8 +71,10 @@ def test_bounds_only_grow_and_eta_stays_above_its_floor():
     for name in ("rate_bound", "fault_bound"):
         history = np.array([memory[name][0, 0] for memory in memories])
         assert (np.diff(history) >= 0.0).all() and history[-1] > 0.0
-    craft = paper().spacecraft
-    norms = np.linalg.norm(np.linalg.inv(craft.inertia_matrix), 2) * np.linalg.norm(craft.wheels.axis_matrix, 2)
+    spacecraft = paper().spacecraft
+    norms = np.linalg.norm(np.linalg.inv(spacecraft.inertia_matrix), 2) * np.linalg.norm(
+        spacecraft.wheels.axis_matrix, 2
+    )
     np.testing.assert_allclose(history[-1], 0.001 * norms * 0.05 * distance.sum(), rtol=1e-9)
     _, variables, memories = fly(paper(reference=SLOW), "zhang_zhou_tracking", 5.0, coupling_gain=5.0)
     bound = np.array([memory["bound"][0, 0] for memory in memories])

@@ -144,12 +144,12 @@ def test_a_batch_equals_single_observers_and_resets_by_mask(name):
             together.reset(np.array([False, True, False]))
             alone[1].reset(np.array([True]))
         estimate = batch.update(measurement, measurement.last_command, 0.02)
-        for craft, single in enumerate(singles):
-            row = seen(measurement.rate[[craft]], measurement.last_command[[craft]])
+        for index, single in enumerate(singles):
+            row = seen(measurement.rate[[index]], measurement.last_command[[index]])
             other = single.update(row, row.last_command, 0.02)
             for part in ("effectiveness", "bias", "disturbance", "vibration", "identifiable"):
                 if getattr(estimate, part) is not None:
-                    np.testing.assert_allclose(getattr(estimate, part)[craft], getattr(other, part)[0], atol=1e-12)
+                    np.testing.assert_allclose(getattr(estimate, part)[index], getattr(other, part)[0], atol=1e-12)
         if step == 30 and estimate.effectiveness is not None:
             np.testing.assert_array_equal(estimate.effectiveness[1], 1.0)
 

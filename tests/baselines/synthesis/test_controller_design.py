@@ -148,8 +148,8 @@ def test_virtual_torque_stays_below_its_bound_from_small_errors(cases, name, see
 @given(modes=st.integers(1, 5), seed=st.integers(0, 1000), torque=st.floats(0.8, 8.0))
 def test_any_other_craft_gets_gains_that_hold(modes, seed, torque):
     """Small bounds leave hardly any room: the level rises to dozens, and is still found."""
-    craft = Spacecraft(INERTIA, WheelArray(PYRAMID, 0.2), True, random_appendages(modes, seed))
-    found = design_controller(TakagiSugenoModel(craft), torque_bound=torque)
+    spacecraft = Spacecraft(INERTIA, WheelArray(PYRAMID, 0.2), True, random_appendages(modes, seed))
+    found = design_controller(TakagiSugenoModel(spacecraft), torque_bound=torque)
     assert found.proof.holds(STATE, torque)
     assert found.proof.certificate.peak_gain.max() <= found.proof.certificate.gamma
     assert found.proof.certificate.poles.real.max() < 0.0
