@@ -169,21 +169,19 @@ def probability_of_improvement(
 
 
 @dataclass(frozen=True, eq=False)
-class PerformanceProfile:
-    """The share of the scores beyond each threshold, with a pointwise band.
+class Curve:
+    """A curve with a pointwise band.
 
     Attributes
     ----------
-    thresholds
-        (K,) in units of the scores.
-    share, low, high
-        (K,) the share and the ends of its interval.
+    x, y, low, high
+        (K,) places, values, and the ends of their intervals.
     count
-        Number of episodes.
+        Number of episodes, or of training seeds.
     """
 
-    thresholds: FloatArray
-    share: FloatArray
+    x: FloatArray
+    y: FloatArray
     low: FloatArray
     high: FloatArray
     count: int
@@ -195,8 +193,8 @@ def performance_profile(
     smaller_is_better: bool = False,
     seed: int = 0,
     levels: Levels = "both",
-) -> PerformanceProfile:
-    """Return the share of scores, of all seeds and episodes, above each threshold.
+) -> Curve:
+    """Return the share of scores, of all seeds and episodes, above each threshold: a performance profile.
 
     Parameters
     ----------
@@ -227,8 +225,8 @@ def performance_profile(
     count = data[0].shape[1]
     if not count:
         nothing = np.full(limits.shape, np.nan)
-        return PerformanceProfile(limits, nothing, nothing, nothing, 0)
-    return PerformanceProfile(limits, *bootstrap(data, share, seed, levels), count)
+        return Curve(limits, nothing, nothing, nothing, 0)
+    return Curve(limits, *bootstrap(data, share, seed, levels), count)
 
 
 def _estimate(data: list[FloatArray], measure: Callable[..., FloatArray], seed: int, levels: Levels) -> Estimate:

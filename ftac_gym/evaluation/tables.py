@@ -95,9 +95,9 @@ def split_table(rows: Mapping[str, Sequence[Row]], episodes: Mapping[str, Episod
     Parameters
     ----------
     rows
-        One per policy, by scenario.
+        Estimates of each policy, by scenario.
     episodes
-        The episodes of each scenario.
+        As for :func:`kind_table`.
     """
     cells = [["scenario", "feasible", "infeasible", *(row.policy for row in next(iter(rows.values())))]]
     for name, items in rows.items():

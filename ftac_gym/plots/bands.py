@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,9 @@ OVERLAID = 6
 """Most bands in one panel: more of them hide each other."""
 
 PERCENTILES = (5.0, 25.0, 50.0, 75.0, 95.0)
+
+Band = tuple[str, FloatArray]
+"""A policy and its percentiles (5, T + 1)."""
 
 _OTHERS: dict[str, Any] = {"color": "0.84", "linewidth": 0.8}
 
@@ -66,7 +69,7 @@ def error_bands(
     valid = chosen.shape == shape[1:] and chosen.dtype == np.bool_
     require(valid, "chosen", f"must be a boolean array of shape ({shape[1]},)", chosen)
     require(bool(chosen.any()), "chosen", "must choose at least one episode", int(chosen.sum()))
-    bands = {item.policy: error_percentiles(item.attitude_error[:, chosen]) for item in evaluations}
+    bands = [(item.policy, error_percentiles(item.attitude_error[:, chosen])) for item in evaluations]
     time: FloatArray = np.arange(shape[0], dtype=np.float64) * period
     return _together(bands, time, limit) if overlay else _side_by_side(bands, time, limit)
 
@@ -77,40 +80,40 @@ def error_percentiles(error: npt.NDArray[np.float32] | FloatArray) -> FloatArray
     return found
 
 
-def _side_by_side(bands: Mapping[str, FloatArray], time: FloatArray, cone: float) -> Figure:
+def _side_by_side(bands: Sequence[Band], time: FloatArray, cone: float) -> Figure:
     rows = -(-len(bands) // ACROSS)
     columns = -(-len(bands) // rows)
     figure = style.figure(max(3.1 * columns + 0.5, 5.0), 2.7 * rows + 0.8)
     panels: list[Axes] = list(figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel())
-    for number, (panel, (name, band)) in enumerate(zip(panels, bands.items(), strict=False)):
+    for number, (panel, (name, band)) in enumerate(zip(panels, bands, strict=False)):
         low, quarter, middle, three, high = band
         color = style.stroke(number).color
-        for other in bands.values():
+        for _, other in bands:
             if other is not band:
                 panel.plot(time, other[2], zorder=1.0, **_OTHERS)
         panel.fill_between(time, low, high, color=color, alpha=0.15, linewidth=0.0)
         panel.fill_between(time, quarter, three, color=color, alpha=0.35, linewidth=0.0)
         panel.plot(time, middle, color=color, linewidth=1.6, label=name)
-        _finish(panel, time, cone, title=name, ylabel="pointing error [deg]" if number % columns == 0 else "")
+        limit = _finish(panel, time, cone, title=name, ylabel="pointing error [deg]" if number % columns == 0 else "")
         if number + columns >= len(bands):
             panel.tick_params(labelbottom=True)
             style.apply(panel, xlabel="time [s]")
     for panel in panels[len(bands) :]:
         panel.set_visible(False)
     handles: list[Any] = [style.entry("median", color=style.MUTED, linewidth=1.6)]
-    handles += [_area("25 to 75 %", 0.5), _area("5 to 95 %", 0.2), _cone_line(cone)]
+    handles += [_area("25 to 75 %", 0.5), _area("5 to 95 %", 0.2), limit]
     if len(bands) > 1:
         handles.append(style.entry("medians of the others", **_OTHERS))
     style.legend(figure, handles, columns=5 if columns > 2 else 3 if columns > 1 else 2)
     return figure
 
 
-def _together(bands: Mapping[str, FloatArray], time: FloatArray, cone: float) -> Figure:
+def _together(bands: Sequence[Band], time: FloatArray, cone: float) -> Figure:
     figure = style.figure(9.5, max(4.2, 1.0 + 0.24 * len(bands)))
     panel = figure.subplots()
     handles: list[Any] = []
     step = max(1, len(time) // 8)
-    for number, (name, band) in enumerate(bands.items()):
+    for number, (name, band) in enumerate(bands):
         look = style.stroke(number)
         if len(bands) <= OVERLAID:
             panel.fill_between(time, band[1], band[3], color=look.color, alpha=0.15, linewidth=0.0)
@@ -120,8 +123,8 @@ def _together(bands: Mapping[str, FloatArray], time: FloatArray, cone: float) ->
         handles += panel.plot(time, band[2], linewidth=1.6, label=name, **look.of_line, **markers)
     if len(bands) <= OVERLAID:
         handles.append(_area("25 to 75 %", 0.3))
-    _finish(panel, time, cone, xlabel="time [s]", ylabel="pointing error, median [deg]")
-    style.legend(figure, [*handles, _cone_line(cone)], "outside right upper", columns=1)
+    handles.append(_finish(panel, time, cone, xlabel="time [s]", ylabel="pointing error, median [deg]"))
+    style.legend(figure, handles, "outside right upper", columns=1)
     return figure
 
 
@@ -129,11 +132,8 @@ def _area(label: str, alpha: float) -> Patch:
     return Patch(color=style.MUTED, alpha=alpha, linewidth=0.0, label=label)
 
 
-def _cone_line(cone: float) -> Line2D:
-    return style.entry(f"success: {cone:.3g} deg", **style.LIMIT)
-
-
-def _finish(panel: Axes, time: FloatArray, cone: float, **labels: str) -> None:
-    panel.axhline(cone, **style.LIMIT)
+def _finish(panel: Axes, time: FloatArray, cone: float, **labels: str) -> Line2D:
+    """Set scales and labels, and return the line of the success cone."""
     panel.set(yscale="log", ylim=(style.FLOOR, 200.0), xlim=(0.0, time[-1]))
     style.apply(panel, **labels)
+    return panel.axhline(cone, label=f"success: {cone:.3g} deg", **style.LIMIT)

@@ -80,8 +80,7 @@ def torque_estimates(estimates: Mapping[str, EstimateHistory]) -> Figure:
     Parameters
     ----------
     estimates
-        Results of :func:`estimates_along` for the same single episode, by observer; of several episodes the first is
-        drawn.
+        As for :func:`fault_estimates`.
 
     Raises
     ------

@@ -51,12 +51,13 @@ def with_fault(scenario: Scenario, fault: Fault | None) -> Scenario:
 
 def sensor_error(history: Rollout) -> tuple[FloatArray, FloatArray]:
     """Return the errors of measured attitude [deg] and rate [deg/s] of a rollout's first spacecraft."""
-    attitude, rate = np.empty(len(history.time)), np.empty(len(history.time))
-    for step, simulator in enumerate(replay(history)):
+    errors = []
+    for simulator in replay(history):
         measured, state = simulator.measurement(), simulator.state
-        attitude[step] = attitudes.angle_between(measured.attitude, state.attitude)[0]
-        rate[step] = np.linalg.norm(measured.rate[0] - state.rate[0])
-    return np.degrees(attitude), np.degrees(rate)
+        angle = attitudes.angle_between(measured.attitude, state.attitude)[0]
+        errors.append((angle, np.linalg.norm(measured.rate[0] - state.rate[0])))
+    attitude, rate = np.degrees(errors).T
+    return attitude, rate
 
 
 def fault_gallery(scenario: Scenario, policy: Any, seed: int = 0) -> Figure:

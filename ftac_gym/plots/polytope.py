@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.optimize import lsq_linear
 
 from ftac_gym.attitude import cross
 from ftac_gym.evaluation.metrics import Rollout
@@ -90,8 +91,11 @@ def torque_polytope(
     # Towards the side that the uncommanded torque leaves.
     worst = -worst if worst @ centre > 0.0 else worst
     points = np.concatenate(faces)
+    # Corners that differ by more than rounding, in the order of their coordinates.
+    scale = max(float(np.abs(points).max()), 1e-300)
+    _, distinct = np.unique(np.round(points / scale, 9) + 0.0, axis=0, return_index=True)
     return TorquePolytope(
-        vertices=_distinct(points),
+        vertices=points[distinct],
         faces=faces,
         guaranteed=max(float(free[0].min()), 0.0) if spans else 0.0,
         worst_direction=worst,
@@ -197,18 +201,8 @@ def _polygon(generators: FloatArray, normal: FloatArray) -> FloatArray:
     return corners
 
 
-def _distinct(points: FloatArray) -> FloatArray:
-    """Return the points (V, 3) that differ by more than rounding, in the order of their coordinates."""
-    scale = max(float(np.abs(points).max()), 1e-300)
-    _, kept = np.unique(np.round(points / scale, 9) + 0.0, axis=0, return_index=True)
-    distinct: FloatArray = points[kept]
-    return distinct
-
-
 def _holds_zero(centre: FloatArray, generators: FloatArray) -> bool:
     """Return True if some x in [-1, 1]^m has centre + generators (3, m) x = 0."""
-    from scipy.optimize import lsq_linear
-
     if not generators.any():
         return not np.any(np.abs(centre) > 1e-12)
     scale = float(np.linalg.norm(generators, axis=0).max())

@@ -120,7 +120,7 @@ def _draw_globe(panel: Any, paths: Sequence[FloatArray], target: FloatArray) -> 
     azimuth, elevation = np.degrees([np.arctan2(camera[1], camera[0]), np.arcsin(np.clip(camera[2], -1.0, 1.0))])
     panel.view_init(elev=elevation, azim=azimuth)
     for line in graticule(121):
-        _plot_near(panel, line, camera, color="0.82", linewidth=0.7, zorder=0.5)
+        _plot(panel, line, camera, color="0.82", linewidth=0.7, zorder=0.5)
     panel.plot(*circle(camera, 121).T, color=style.FAINT, linewidth=1.2, zorder=0.6)
     for axis, label in zip(np.eye(3), "xyz", strict=True):
         facing = float(axis @ camera)
@@ -131,15 +131,12 @@ def _draw_globe(panel: Any, paths: Sequence[FloatArray], target: FloatArray) -> 
         # An axis that points to the camera is a dot: its name stands beside it.
         place = 1.28 * axis + (0.15 * across(camera) if facing > 0.97 else 0.0)
         panel.text(*place, label, color=style.INK, fontsize=9.0, ha="center", va="center", alpha=max(strength, 0.5))
-    looks = [{"linewidth": 1.8, **style.stroke(number).of_line} for number in range(len(paths))]
-    if np.ptp(target, axis=0).max() > 1e-6:
-        looks.append({**style.LIMIT, "linewidth": 1.0})
-    for path, look in zip([*paths, target], looks, strict=False):
-        panel.plot(*path.T, alpha=FAR, **look)
-        _plot_near(panel, path, camera, **look)
     for number, path in enumerate(paths):
+        _plot(panel, path, camera, FAR, linewidth=1.8, **style.stroke(number).of_line)
         panel.plot(*path[-1], **_end(number))
     panel.plot(*paths[0][0], **_START)
+    if np.ptp(target, axis=0).max() > 1e-6:
+        _plot(panel, target, camera, FAR, **style.LIMIT)
     panel.plot(*target[-1], **_GOAL)
     panel.set(xlim=(-1, 1), ylim=(-1, 1), zlim=(-1, 1))
     panel.set_box_aspect((1.0, 1.0, 1.0), zoom=1.3)
@@ -148,8 +145,10 @@ def _draw_globe(panel: Any, paths: Sequence[FloatArray], target: FloatArray) -> 
     panel.set_title("unit sphere of inertial directions [-]", fontsize=10.0, color=style.INK)
 
 
-def _plot_near(panel: Any, path: FloatArray, camera: FloatArray, **look: Any) -> None:
-    """Draw the part of a path (T, 3) on the near side of the sphere."""
+def _plot(panel: Any, path: FloatArray, camera: FloatArray, far: float = 0.0, **look: Any) -> None:
+    """Draw a path (T, 3) on the near side of the sphere, and on the far side with some opacity."""
     near = path @ camera >= 0.0
+    if far > 0.0:
+        panel.plot(*path.T, alpha=far, **look)
     if near.any():
         panel.plot(*np.where(near[:, None], path, np.nan).T, **look)

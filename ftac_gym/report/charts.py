@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from matplotlib.colors import Colormap, LinearSegmentedColormap
 from matplotlib.figure import Figure
 from scipy.optimize import isotonic_regression
 
-from ftac_gym.evaluation.statistics import Estimate
+from ftac_gym.evaluation.statistics import Curve, Estimate
 from ftac_gym.plots import style
 from ftac_gym.plots.style import COLORS, FAINT, INK, MUTED
 from ftac_gym.report.svg import PAPER
@@ -35,22 +34,6 @@ _CHARACTER = 0.065
 
 Looks = Mapping[str, Mapping[str, Any]]
 """Arguments of ``Axes.plot``, by entry."""
-
-
-@dataclass(frozen=True, eq=False)
-class Curve:
-    """A line with a band.
-
-    Attributes
-    ----------
-    x, y, low, high
-        (K,) each.
-    """
-
-    x: FloatArray
-    y: FloatArray
-    low: FloatArray
-    high: FloatArray
 
 
 def short(name: str, length: int = 34) -> str:
@@ -76,11 +59,10 @@ def intervals(columns: Mapping[str, Mapping[str, Estimate]], colors: Mapping[str
     panels = figure.subplots(1, len(columns), sharey=True, squeeze=False)[0]
     for panel, (title, estimates) in zip(panels, columns.items(), strict=True):
         style.apply(panel, title=title)
-        for row, name in enumerate(names):
-            item, color = estimates[name], colors[name]
+        for row, (name, item) in enumerate(estimates.items()):
             if item.count:
-                panel.plot([item.low, item.high], [row, row], color=color, linewidth=2.4, alpha=0.45)
-                panel.plot(item.value, row, "o", color=color, markersize=5.5)
+                panel.plot([item.low, item.high], [row, row], color=colors[name], linewidth=2.4, alpha=0.45)
+                panel.plot(item.value, row, "o", color=colors[name], markersize=5.5)
                 above = {"xytext": (0, 5), "textcoords": "offset points", "ha": "center", "fontsize": 7.5}
                 panel.annotate(f"{item.value:.3g}", (item.value, row), color=INK, **above)
         if reference in estimates and estimates[reference].count:

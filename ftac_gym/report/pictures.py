@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 
 from ftac_gym.evaluation.entries import Entry
 from ftac_gym.evaluation.metrics import UNITS
+from ftac_gym.evaluation.statistics import Curve
 from ftac_gym.evaluation.tables import INFEASIBLE
 from ftac_gym.plots.style import COLORS, INK, MUTED
 from ftac_gym.report import charts
-from ftac_gym.report.charts import Curve
 from ftac_gym.report.results import COMPARED, Results
 from ftac_gym.report.svg import drawing, svg
 from ftac_gym.utils.parameters import FloatArray
@@ -137,7 +137,7 @@ def training_curve(agent: Entry, column: str) -> Curve | None:
     if not steps.size:
         steps = np.array([end])
     values = np.array([np.interp(steps, *run) for run in runs])
-    return Curve(steps, values.mean(axis=0), values.min(axis=0), values.max(axis=0))
+    return Curve(steps, values.mean(axis=0), values.min(axis=0), values.max(axis=0), len(runs))
 
 
 def _span(values: FloatArray) -> tuple[float, float]:

@@ -9,22 +9,13 @@ from itertools import combinations, product
 
 import numpy as np
 
+from ftac_gym.evaluation import statistics
 from ftac_gym.evaluation.benchmark import Benchmark
 from ftac_gym.evaluation.compare import Row
 from ftac_gym.evaluation.entries import Entry
 from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, SHARES
-from ftac_gym.evaluation.statistics import (
-    Estimate,
-    estimate,
-    interquartile_mean,
-    mean,
-    paired_difference,
-    performance_profile,
-    probability_of_improvement,
-    relative_difference,
-)
+from ftac_gym.evaluation.statistics import Curve, Estimate, interquartile_mean, mean
 from ftac_gym.evaluation.tables import episode_classes, judgement, ordered
-from ftac_gym.report.charts import Curve
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, require
 
@@ -73,8 +64,8 @@ class Results:
         The benchmark.
     main
         The split of the tables and figures that show one: the first that has feasible episodes.
-    order
-        Names of the entries, the best in the main split first.
+    ranked
+        The entries, the best in the main split first.
     shown
         Entries with a look of their own in crowded figures.
     compared
@@ -92,7 +83,7 @@ class Results:
 
     benchmark: Benchmark
     main: str
-    order: tuple[str, ...]
+    ranked: tuple[Entry, ...]
     shown: tuple[str, ...]
     compared: tuple[str, ...]
     rows: Mapping[str, Mapping[str, Row]]
@@ -102,9 +93,12 @@ class Results:
 
     def entries(self, *groups: str) -> list[Entry]:
         """Return the entries of some groups, the best first; all if none is given."""
-        by_name = {entry.name: entry for entry in self.benchmark.entries}
-        found = [by_name[name] for name in self.order]
-        return [entry for entry in found if not groups or group(entry) in groups]
+        return [entry for entry in self.ranked if not groups or group(entry) in groups]
+
+    @property
+    def order(self) -> list[str]:
+        """Names of the entries, the best first."""
+        return [entry.name for entry in self.ranked]
 
     @property
     def scenario(self) -> Scenario:
@@ -127,6 +121,11 @@ def values(benchmark: Benchmark, split: str, entry: str, metric: str) -> FloatAr
     return np.array([item.metrics[metric] for item in benchmark.evaluations[split][entry]], dtype=np.float64)
 
 
+def feasible_values(benchmark: Benchmark, split: str, entry: str, metric: str) -> FloatArray:
+    """Return a metric of an entry, (seeds, N) over the feasible episodes of the split."""
+    return values(benchmark, split, entry, metric)[:, benchmark.episodes[split].feasible]
+
+
 def gather(benchmark: Benchmark) -> Results:
     """Return all numbers.
 
@@ -135,57 +134,50 @@ def gather(benchmark: Benchmark) -> Results:
     ValueError
         If the reference is not among the entries, or two entries have one name.
     """
-    names = [entry.name for entry in benchmark.entries]
+    names, reference = [entry.name for entry in benchmark.entries], benchmark.reference
     require(len(set(names)) == len(names), "entries", "must have names that differ", names)
-    require(benchmark.reference in names, "reference", f"must be one of {names}", benchmark.reference)
+    require(reference in names, "reference", f"must be one of {names}", reference)
     splits = list(benchmark.episodes)
     feasible = [split for split in splits if benchmark.episodes[split].feasible.any()]
     main = (feasible or splits)[0]
     rows = {split: {name: _row(benchmark, split, name) for name in names} for split in splits}
-    order = sorted(names, key=lambda name: _rank(rows[main][name]))
-    shown = _shown(benchmark, order)
-    bounds = {entry.name for entry in benchmark.entries if entry.role == "bound"}
-    compared = tuple(name for name in shown if name not in bounds)
+    ranked = sorted(benchmark.entries, key=lambda entry: _rank(rows[main][entry.name]))
+    bounds = [entry.name for entry in ranked if entry.role == "bound"]
+    policies = [entry.name for entry in ranked if entry.role != "bound"]
+    agents = [entry.name for entry in ranked if entry.role != "bound" and entry.kind == "agent"]
+    chosen = {*policies[:BEST], *agents[:BEST_AGENTS], *bounds[:1], reference}
+    compared = tuple(name for name in policies if name in chosen)
     return Results(
-        benchmark,
-        main,
-        tuple(order),
-        shown,
-        compared,
-        rows,
-        tuple(item for split in splits for item in _by_fault(benchmark, split, names)),
-        {metric: _improvement(benchmark, main, metric, compared) for metric in COMPARED},
-        {split: _profiles(benchmark, split, names, shown) for split in feasible},
+        benchmark=benchmark,
+        main=main,
+        ranked=tuple(ranked),
+        shown=tuple(entry.name for entry in ranked if entry.name in chosen),
+        compared=compared,
+        rows=rows,
+        faults=tuple(item for split in splits for item in _by_fault(benchmark, split, names)),
+        improvement={metric: _improvement(benchmark, main, metric, compared) for metric in COMPARED},
+        profiles={
+            split: {name: _profile(benchmark, split, name, name in chosen) for name in names} for split in feasible
+        },
     )
 
 
 def _row(benchmark: Benchmark, split: str, name: str) -> Row:
-    chosen = benchmark.episodes[split].feasible
     estimates, differences = {}, {}
     for metric in METRICS:
-        given = values(benchmark, split, name, metric)[:, chosen]
-        estimates[metric] = estimate(given, mean if metric in SHARES else interquartile_mean)
+        found = feasible_values(benchmark, split, name, metric)
+        estimates[metric] = statistics.estimate(found, mean if metric in SHARES else interquartile_mean)
         if name != benchmark.reference:
-            base = values(benchmark, split, benchmark.reference, metric)[:, chosen]
-            differences[metric] = paired_difference(given, base)
+            base = feasible_values(benchmark, split, benchmark.reference, metric)
+            differences[metric] = statistics.paired_difference(found, base)
             if metric == "settling_time":
-                differences[RELATIVE] = relative_difference(given, base)
+                differences[RELATIVE] = statistics.relative_difference(found, base)
     return Row(name, estimates, differences)
 
 
 def _rank(row: Row) -> tuple[float, float]:
     success, settling = row.estimates["success"].value, row.estimates["settling_time"].value
     return (-success, settling) if np.isfinite([success, settling]).all() else (1.0, 0.0)
-
-
-def _shown(benchmark: Benchmark, order: Sequence[str]) -> tuple[str, ...]:
-    """Return the best policies, the best agents, the best bound and the reference, the best first."""
-    by_name = {entry.name: entry for entry in benchmark.entries}
-    bounds = [name for name in order if by_name[name].role == "bound"]
-    policies = [name for name in order if name not in bounds]
-    agents = [name for name in policies if by_name[name].kind == "agent"]
-    chosen = {*policies[:BEST], *agents[:BEST_AGENTS], *bounds[:1], benchmark.reference}
-    return tuple(name for name in order if name in chosen)
 
 
 def _by_fault(benchmark: Benchmark, split: str, names: Sequence[str]) -> Iterator[FaultClass]:
@@ -208,29 +200,23 @@ def _by_fault(benchmark: Benchmark, split: str, names: Sequence[str]) -> Iterato
 def _improvement(
     benchmark: Benchmark, split: str, metric: str, names: Sequence[str]
 ) -> dict[tuple[str, str], Estimate]:
-    chosen = benchmark.episodes[split].feasible
-    data = {name: values(benchmark, split, name, metric)[:, chosen] for name in names}
+    data = {name: feasible_values(benchmark, split, name, metric) for name in names}
     found = {}
     for first, second in combinations(names, 2):
-        item = probability_of_improvement(data[first], data[second], metric not in HIGHER_IS_BETTER)
+        item = statistics.probability_of_improvement(data[first], data[second], metric not in HIGHER_IS_BETTER)
         found[first, second] = item
         # A tie counts half: both probabilities add up to one.
         found[second, first] = Estimate(1.0 - item.value, 1.0 - item.high, 1.0 - item.low, item.count)
     return found
 
 
-def _profiles(benchmark: Benchmark, split: str, names: Sequence[str], shown: Sequence[str]) -> dict[str, Curve]:
-    """Return the profiles of all entries; only shown entries have a band."""
-    episodes = benchmark.episodes[split]
+def _profile(benchmark: Benchmark, split: str, name: str, band: bool) -> Curve:
+    """Return the share of settled episodes against time, without a band if none is drawn."""
     # Without settling, the settling time is the duration: the last moment is before it.
-    moments = np.linspace(0.0, Scenario.from_json(episodes.scenario_json).duration, _MOMENTS)[:-1]
-    curves = {}
-    for name in names:
-        times = values(benchmark, split, name, "settling_time")[:, episodes.feasible]
-        if name in shown:
-            profile = performance_profile(times, moments, smaller_is_better=True)
-            curves[name] = Curve(moments, profile.share, profile.low, profile.high)
-        else:
-            share = (times.ravel() <= moments[:, None]).mean(axis=1)
-            curves[name] = Curve(moments, share, share, share)
-    return curves
+    duration = Scenario.from_json(benchmark.episodes[split].scenario_json).duration
+    moments = np.linspace(0.0, duration, _MOMENTS)[:-1]
+    times = feasible_values(benchmark, split, name, "settling_time")
+    if band:
+        return statistics.performance_profile(times, moments, smaller_is_better=True)
+    share = (times.ravel() <= moments[:, None]).mean(axis=1)
+    return Curve(moments, share, share, share, times.shape[1])

@@ -92,10 +92,10 @@ def test_point_estimates_are_those_of_plain_loops():
     thresholds = [0.0, 0.5, 2.5, 6.25, 9.0]
     above = [fmean([value > threshold for value in known(FIRST)]) for threshold in thresholds]
     profile = performance_profile(FIRST, thresholds)
-    np.testing.assert_allclose(profile.share, above)
-    np.testing.assert_array_equal(profile.thresholds, thresholds)
+    np.testing.assert_allclose(profile.y, above)
+    np.testing.assert_array_equal(profile.x, thresholds)
     below = performance_profile(FIRST, thresholds, smaller_is_better=True)
-    np.testing.assert_allclose(below.share, 1.0 - np.array(above))
+    np.testing.assert_allclose(below.y, 1.0 - np.array(above))
     assert estimate(FIRST).count == profile.count == 6
 
 
@@ -211,7 +211,7 @@ def test_no_values_of_any_seed(empty):
     for result in (estimate(empty), paired_difference(empty, empty)):
         assert result.count == 0 and np.isnan([result.value, result.low, result.high]).all()
     assert np.isnan(probability_of_improvement(empty, empty).value)
-    assert np.isnan(performance_profile(empty, [0.0, 1.0]).share).all()
+    assert np.isnan(performance_profile(empty, [0.0, 1.0]).y).all()
 
 
 def test_improvement_is_a_fair_comparison():
@@ -230,9 +230,9 @@ def test_improvement_is_a_fair_comparison():
 def test_a_profile_falls_from_one_to_nothing_in_its_band():
     values = seeds_on_episodes(np.random.default_rng(16), 5, 80)
     profile = performance_profile(values, np.linspace(-6.0, 6.0, 40))
-    assert profile.share[0] == profile.low[0] == 1.0 and profile.share[-1] == profile.high[-1] == 0.0
-    assert (np.diff(profile.share) <= 0.0).all()
-    assert (profile.low <= profile.share).all() and (profile.share <= profile.high).all()
+    assert profile.y[0] == profile.low[0] == 1.0 and profile.y[-1] == profile.high[-1] == 0.0
+    assert (np.diff(profile.y) <= 0.0).all()
+    assert (profile.low <= profile.y).all() and (profile.y <= profile.high).all()
     assert (profile.high - profile.low).max() > 0.1
 
 
