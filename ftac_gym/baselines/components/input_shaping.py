@@ -88,32 +88,22 @@ class InputShaper:
 
     def ramp(self, time: FloatArray) -> FloatArray:
         """Return the shaped unit ramp, sum of A_j max(t - t_j, 0), for any times [s]; same shape."""
-        begun = self._times.searchsorted(time, side="right")
-        return self._sums[begun] * time - self._first_moments[begun]
+        return self.ramp_and_parabola(time)[0]
 
     def ramp_and_parabola(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the shaped unit ramp and its integral, sum of A_j max(t - t_j, 0)^2 / 2 [s^2]; same shape."""
-        begun = self._times.searchsorted(time, side="right")
-        total, first = self._sums[begun], self._first_moments[begun]
+        times, *moments = self._moments
+        begun = times.searchsorted(time, side="right")
+        total, first, second = (moment[begun] for moment in moments)
         ramp = total * time - first
-        return ramp, 0.5 * ((ramp - first) * time + self._second_moments[begun])
+        return ramp, 0.5 * ((ramp - first) * time + second)
 
     @cached_property
-    def _times(self) -> FloatArray:
-        return np.array(self.times)
-
-    @cached_property
-    def _sums(self) -> FloatArray:
-        """Sum of the amplitudes of the first impulses, none to all (p + 1,)."""
-        return _accumulated(self.amplitudes)
-
-    @cached_property
-    def _first_moments(self) -> FloatArray:
-        return _accumulated(self.amplitudes * self._times)
-
-    @cached_property
-    def _second_moments(self) -> FloatArray:
-        return _accumulated(self.amplitudes * self._times**2)
+    def _moments(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Times (p,), and sums of A_j, A_j t_j and A_j t_j^2 over the first impulses, none to all (p + 1,)."""
+        times = np.array(self.times)
+        zeroth, first, second = (np.cumsum([0.0, *(self.amplitudes * times**power)]) for power in range(3))
+        return times, zeroth, first, second
 
 
 def zero_vibration(frequency: float, damping_ratio: float = 0.0, order: int = 1) -> InputShaper:
@@ -248,7 +238,3 @@ def _mode(frequency: float, damping_ratio: float) -> tuple[float, float]:
     frequency, damping_ratio = positive(frequency, "frequency"), non_negative(damping_ratio, "damping_ratio")
     require(damping_ratio < 1.0, "damping_ratio", "must be below 1", damping_ratio)
     return frequency, damping_ratio
-
-
-def _accumulated(values: Vector | FloatArray) -> FloatArray:
-    return np.concatenate((np.zeros(1), np.cumsum(values)))

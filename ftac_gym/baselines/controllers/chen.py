@@ -20,13 +20,7 @@ from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 class ChenGains(AttitudeFilterGains):
     """Gains of :class:`ChenController`."""
 
-    shadow_switch: bool = parameter(
-        True,
-        "Whether sigma changes to its shadow, -sigma/|sigma|^2, beyond 180 degrees. Otherwise sigma starts with the "
-        "sign of the quaternion and goes to zero from there, from beyond 180 degrees the long way round; it is "
-        "infinite at 360 degrees",
-        rule=flag,
-    )
+    shadow_switch: bool = parameter(True, "Whether sigma changes to its shadow beyond 180 degrees", rule=flag)
 
 
 @dataclass(frozen=True)
@@ -42,6 +36,10 @@ class ChenFuzzyGains(ChenGains):
 
 class ChenController(DirectController):
     """A controller on sigma of the attitude error and w, for a reference at rest.
+
+    With ``shadow_switch`` sigma changes to its shadow, -sigma/|sigma|^2, beyond 180 degrees. Without it sigma starts
+    with the sign of the quaternion and goes to zero from there, from beyond 180 degrees the long way round. It is then
+    infinite at 360 degrees.
 
     Raises
     ------

@@ -36,9 +36,7 @@ class ChenM1Gains(ChenFuzzyGains, PrescribedGains):
     filter_first: float = parameter(3.0, "b1", "", positive)
     filter_second: float = parameter(4.0, "b2", "", positive)
     filter_substeps: int = parameter(1, "Euler steps per call, not printed. Zero for no filter", "", whole_number(0))
-    filter_start: str = parameter(
-        "zero", "Start of the filter, not printed: zero or the virtual control", rule=choice("zero", "virtual")
-    )
+    filter_start: str = parameter("zero", "Start of the filter, not printed", rule=choice("zero", "virtual"))
     bound: Mapping[str, Any] | None = changed(
         PrescribedGains,
         "bound",
@@ -68,7 +66,7 @@ class ChenM1(ChenController):
     and does not leave it.
 
     ``filter_substeps=0`` takes x_c = a, which leaves xi at zero: with ``rate_power_gain=0`` this is stable with a hold
-    of 0.05 to 0.2 s; with the filter it is not.
+    of 0.05 to 0.2 s; with the filter it is not. The filter starts at zero or at the virtual control.
 
     A spacecraft must start within its bounds. Where it breaches them later, epsilon continues along its tangent.
 

@@ -26,11 +26,9 @@ class FaultTolerantGains(Gains):
     """Gains of :class:`FaultTolerantController`."""
 
     faults: str = parameter("none", 'Source of the faults: ``"none"``, the name of an observer, or ``"oracle"``')
-    observer: Mapping[str, Any] | None = parameter(
-        None, "Gains of the observer that differ from its defaults", rule=mapping
-    )
+    observer: Mapping[str, Any] | None = parameter(None, "Changed gains of the observer", rule=mapping)
     smallest_effectiveness: float = parameter(
-        0.05, "Lower bound of the estimated effectiveness in the allocation", "", interval(0.0, 1.0, closed=True)
+        0.05, "Lower bound of the estimated effectiveness", "", interval(0.0, 1.0, closed=True)
     )
 
 

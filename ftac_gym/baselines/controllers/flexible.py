@@ -30,26 +30,15 @@ class FlexibleGains(AttitudeFilterGains, FaultTolerantGains):
 
     smallest_effectiveness: float = fixed(0.05)
     slope: float = parameter(2.0, "beta", "rad/s", non_negative)
-    limit: str = parameter(
-        "each",
-        "Limit of the command: of every wheel by itself, or of the sum of all magnitudes, by the smallest of the "
-        "limits, which is how the paper prints it",
-        rule=choice("each", "sum"),
-    )
-    short_way: bool = parameter(
-        True, "Whether q_e is the quaternion with q_e0 >= 0. As printed it is not, and the law unwinds", rule=flag
-    )
+    limit: str = parameter("each", "Limit of every wheel, or of the sum of magnitudes", rule=choice("each", "sum"))
+    short_way: bool = parameter(True, "Whether q_e has q_e0 >= 0. The printed law unwinds", rule=flag)
 
 
 @dataclass(frozen=True)
 class ScheduledGains(FlexibleGains):
     """Gains of a controller with the feedback K_i of the fuzzy rules, see :func:`scheduled_feedback`."""
 
-    design: str = parameter(
-        "solved",
-        "Source of K_i [N m s/rad]: the paper's appendix, or its matrix inequalities solved for this spacecraft",
-        rule=choice(*DESIGNS),
-    )
+    design: str = parameter("solved", "Source of K_i: the appendix, or solved inequalities", rule=choice(*DESIGNS))
     slope: float = changed(FlexibleGains, "slope", search=Range(0.05, 2.0, log=True))
 
 
@@ -65,6 +54,8 @@ class FlexibleController(FaultTolerantController, FilteredController):
     of vibration. The last term g is the torque of the nonlinear rest of s' (times J - delta' delta):
 
         g = (J - delta' delta) (beta (q_e0 w_e + q_ev x w_e) / 2 - feed-forward) + w x J (beta q_ev - C(q_e) w_d)
+
+    The paper limits the sum of the magnitudes of all commands to the smallest of the limits (``limit="sum"``).
     """
 
     gains = FlexibleGains()

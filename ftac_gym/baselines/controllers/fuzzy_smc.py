@@ -23,9 +23,7 @@ class FuzzySMCGains(ScheduledGains):
     linear: float = parameter(0.2, "sigma_1", "N m s/rad", non_negative)
     switching: float = parameter(0.15, "sigma_2", "N m", non_negative, Range(1e-4, 0.1, log=True))
     layer: float = parameter(1e-4, "sigma_2'", "rad/s", positive, Range(1e-4, 0.1, log=True))
-    scheduled: bool = parameter(
-        True, "Whether K_i is that of the rules that fire. Otherwise it is the mean of all at every rate", rule=flag
-    )
+    scheduled: bool = parameter(True, "Whether K_i is that of the active rules. Else their mean", rule=flag)
 
 
 class FuzzySMC(FlexibleController):

@@ -25,24 +25,20 @@ class HSFCGains(HybridGains):
     """Gains of :class:`HSFC`."""
 
     gain: float = parameter(5.0, "k", "N m", positive, Range(0.05, 10.0, log=True))
-    attitude_gain: float = parameter(
-        5.0, "k1, which acts through g' only. The paper also lists a k2, which occurs nowhere", "", non_negative
-    )
+    attitude_gain: float = parameter(5.0, "k1, which acts through g' only", "", non_negative)
     adaptation: float = parameter(0.01, "alpha", "", non_negative, Range(1e-4, 1.0, log=True))
     smoothing: float = parameter(0.05, "delta", "", interval(0.0, 1.0), Range(1e-3, 0.9, log=True))
     smallest_effectiveness: float = parameter(0.2, "g0. One leaves u2 out", "", interval(0.0, 1.0, closed=True))
     compensation: str = parameter(
         "norm",
-        "Fault term: as printed, with |u1_i| of each component, or along S instead of w_e",
+        "Form of the fault term u2",
         rule=choice("norm", "componentwise", "sliding"),
     )
     layer: float = parameter(0.005, "epsilon of the saturation function. Zero takes the sign", "rad/s", non_negative)
     initial_gamma: float = parameter(
         2.5, "g(0)", "(rad/s)^(1/2)", interval(0.0, 1.0 / SMALLEST_GAMMA), Range(0.1, 2.5, log=True)
     )
-    gamma_floor: float = parameter(
-        0.0, "Lower bound of g. Zero is the printed law", "", non_negative, Range(0.1, 1.5, log=True)
-    )
+    gamma_floor: float = parameter(0.0, "Lower bound of g", "", non_negative, Range(0.1, 1.5, log=True))
 
 
 class _Errors(NamedTuple):
@@ -70,6 +66,8 @@ class HSFC(HybridController):
     (18) is meant component by component. (19) uses the norm |u1|, which makes u2 a brake that overrules u1 wherever
     (1 - g0)/g0 |u1| > |u1_i|: the body then creeps with rates within the layer. ``"componentwise"`` takes |u1_i|, with
     which the bound (21) holds as well; ``"sliding"`` takes sat(S_i / layer) for sat(w_e,i / layer).
+
+    The paper also lists a gain k2, which occurs nowhere.
 
     g stays positive, above 1e-100. It is stepped as g exp(T g'/g), which is exact while g'/g is constant.
     g can go to zero, and the attitude feedback with it: V of the paper's proof vanishes for g = 0, w_e = 0 and any

@@ -22,9 +22,7 @@ from ftac_gym.utils.parameters import FloatArray, non_negative
 class HybridGains(AttitudeFilterGains):
     """Gains of :class:`HybridController`."""
 
-    hysteresis: float | None = parameter(
-        0.1, "eta; not printed. None keeps h at 1, which unwinds", rule=optional(interval(0.0, 1.0))
-    )
+    hysteresis: float | None = parameter(0.1, "eta. None unwinds", "", optional(interval(0.0, 1.0)))
 
 
 class Lifted(NamedTuple):
@@ -36,7 +34,10 @@ class Lifted(NamedTuple):
 
 
 class HybridController(DirectController):
-    """A controller on e_v and h (:class:`~ftac_gym.baselines.components.double_cover.HybridError`)."""
+    """A controller on e_v and h (:class:`~ftac_gym.baselines.components.double_cover.HybridError`).
+
+    The hysteresis eta is not printed. Without one h stays at 1, and the controller unwinds.
+    """
 
     gains = HybridGains()
 

@@ -23,25 +23,13 @@ class NFTSMGains(RelativeGains):
 
     linear: float = parameter(0.05, "k1", "rad/s", non_negative, Range(0.005, 0.5, log=True), schedule=(0.005, 0.5))
     terminal: float = parameter(0.15, "k2", "rad/s", non_negative, Range(0.02, 0.5, log=True), schedule=(0.05, 0.6))
-    exponent: float = parameter(
-        0.6,
-        "r of the surface. The error brakes in proportion to n^(2r - 1) along the surface: evenly for r = 1/2",
-        rule=interval(0.0, 1.0),
-        search=Range(0.5, 0.95),
-    )
+    exponent: float = parameter(0.6, "r of the surface", "", interval(0.0, 1.0), Range(0.5, 0.95))
     bound: float = parameter(1e-3, "mu of the surface", "", positive, Range(1e-4, 0.1, log=True))
     reaching_linear: float = parameter(
         1.0, "e1", "1/s", non_negative, Range(0.05, 0.95), (0.05, 0.9), Share("reaching_share", of="rate_gain")
     )
     reaching_switching: float = parameter(0.005, "e2", "rad/s^2", positive, Range(1e-4, 0.1, log=True), (1e-4, 0.05))
-    rate_gain: float = parameter(
-        4.0,
-        "Gain of the rate loop at s = 0, well below two over the control period",
-        "1/s",
-        positive,
-        Range(0.5, 8.0),
-        (1.0, 9.5),
-    )
+    rate_gain: float = parameter(4.0, "Gain of the rate loop at s = 0", "1/s", positive, Range(0.5, 8.0), (1.0, 9.5))
 
 
 class NFTSM(RelativeController):
@@ -57,7 +45,10 @@ class NFTSM(RelativeController):
     - The power acts on the length of the error, not on each component: the spacecraft turns about one axis.
     - The derivative of the surface is fed forward whole; there is no backstepping and no growing bound.
     - Near the surface the law is linear with the rate gain e1 + e2 / layer, which sampling limits. The layer follows
-      from ``rate_gain``, so that the gain of the rate loop is given directly, independent of e2.
+      from ``rate_gain``, so that the gain of the rate loop is given directly, independent of e2. It must stay
+      well below two over the control period.
+
+    Along the surface the error brakes in proportion to n^(2r - 1): evenly for r = 1/2.
     """
 
     gains = NFTSMGains()

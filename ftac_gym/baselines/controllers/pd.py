@@ -30,7 +30,7 @@ class PDGains(AttitudeFilterGains):
     """
 
     braking_share: float = parameter(
-        0.7234, "Share of the available deceleration in the profile", "", at_most(1.0), Range(0.2, 1.0), (0.4, 1.0)
+        0.7234, "Share of the available deceleration", "", at_most(1.0), Range(0.2, 1.0), (0.4, 1.0)
     )
     rate_limit: float = parameter(
         0.1659, "Largest commanded slew rate", "rad/s", positive, Range(0.05, 0.3), schedule=(0.08, 0.3)

@@ -39,11 +39,7 @@ class ShapedPDGains(PDDisturbanceObserverGains):
     )
     position_gain: float = changed(PDDisturbanceObserverGains, "position_gain", schedule=(0.1, 0.8))
     acceleration_share: float = parameter(
-        0.5,
-        "Share of the acceleration of healthy wheels about an axis for the turn and the stop. The rest is for "
-        "feedback, weak wheels and the gyroscopic torque",
-        rule=at_most(1.0),
-        search=Range(0.2, 0.9),
+        0.5, "Share of the acceleration of healthy wheels for turn and stop", "", at_most(1.0), Range(0.2, 0.9)
     )
     order: int = parameter(2, "Order of the shaper of each mode: 1 for ZV, 2 for ZVD", rule=whole_number(1))
     shaped_modes: int | None = parameter(
@@ -61,10 +57,10 @@ class ShapedPD(PDDisturbanceObserver):
 
     where [.] is the quaternion of a rotation vector. phi removes w_0 about its own axis m, from phi' = |w_0| to rest;
     theta turns from rest to rest about the axis n that leads to the set point from the end of that stop. Both are
-    accelerated by at most a share of the acceleration that healthy wheels can give about their axes. Both are convolved
-    with an input shaper for the clamped modes (:mod:`~ftac_gym.baselines.components.input_shaping`; Singer and Seering
-    1990). phi stays small, so that w_d' is nearly linear in the shaped accelerations: a hub that follows leaves the
-    modes at rest.
+    accelerated by at most a share of the acceleration that healthy wheels can give about their axes. The rest is for
+    feedback, weak wheels and the gyroscopic torque. Both are convolved with an input shaper for the clamped modes
+    (:mod:`~ftac_gym.baselines.components.input_shaping`; Singer and Seering 1990). phi stays small, so that w_d' is
+    nearly linear in the shaped accelerations: a hub that follows leaves the modes at rest.
 
     The torque is that of ``pd_dob`` for the errors with respect to q_d and w_d, with a feed-forward of J times the mean
     w_d' of the coming period. A spacecraft that falls behind because of a fault brakes in time by the profile of

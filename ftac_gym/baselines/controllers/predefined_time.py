@@ -25,12 +25,8 @@ class PredefinedTimeGains(RelativeGains):
     position_gain: float = parameter(
         1.0, "f_a at zero", "1/s", positive, Range(0.1, 0.8), share=Share("position_share", of="rate_gain")
     )
-    rate_gain: float = parameter(
-        4.0, "f_b at zero, well below two over the control period", "1/s", positive, Range(0.5, 8.0)
-    )
-    switching_gain: float = parameter(
-        1e-4, "a. Zero leaves the switching term out", "1/s^2", non_negative, Range(1e-6, 1e-2, log=True)
-    )
+    rate_gain: float = parameter(4.0, "f_b at zero", "1/s", positive, Range(0.5, 8.0))
+    switching_gain: float = parameter(1e-4, "a. Zero for none", "1/s^2", non_negative, Range(1e-6, 1e-2, log=True))
 
 
 class PredefinedTimeController(RelativeController):
@@ -41,9 +37,9 @@ class PredefinedTimeController(RelativeController):
         w_e' = -G^-1 (G' w_e + (f_a sigma)' + f_b s + a tanh(s / layer))
 
     f_a and f_b are infinite at zero in the paper. Here each is regularised by its gain at zero (``position_gain``,
-    ``rate_gain``), which sampling limits. T1 + T2 is then no bound; with saturating wheels it is none in the paper
-    either. The switching term is an acceleration, which always opposes s. Its layer adds at most a tenth of the rate
-    gain.
+    ``rate_gain``), which sampling limits: ``rate_gain`` stays well below two over the control period. T1 + T2 is then
+    no bound; with saturating wheels it is none in the paper either. The switching term is an acceleration, which always
+    opposes s. Its layer adds at most a tenth of the rate gain.
     """
 
     gains = PredefinedTimeGains()

@@ -22,14 +22,9 @@ from ftac_gym.utils.parameters import FloatArray, fields_named, require
 class PrescribedGains(Gains):
     """Gains of :class:`PrescribedError` in a controller."""
 
-    bound: Mapping[str, Any] | None = parameter(
-        None, "Fields of the :class:`~ftac_gym.task.prescribed_bound.PrescribedBound` that differ from the scenario's"
-    )
+    bound: Mapping[str, Any] | None = parameter(None, "Fields of the prescribed bound that differ from the scenario's")
     mirror: bool = parameter(False, "Whether the bounds are mirrored, axis by axis, to the signs of the start")
-    margin: float = parameter(
-        1e-5, "Distance to a bound, over that between the two, within which epsilon follows its tangent", "",
-        interval(0.0, 0.5),
-    )  # fmt: skip
+    margin: float = parameter(1e-5, "Margin of the error transformation", "", interval(0.0, 0.5))
 
 
 class PrescribedError:

@@ -15,7 +15,7 @@ from ftac_gym.baselines.components.allocation import limit_each
 from ftac_gym.baselines.components.predefined_time_gain import PredefinedTime, PredefinedTimeSliding
 from ftac_gym.baselines.components.reaching import switching
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantController, FaultTolerantGains
-from ftac_gym.baselines.gains import Range, changed, parameter
+from ftac_gym.baselines.gains import Range, parameter
 from ftac_gym.baselines.rules import choice, interval
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
@@ -29,29 +29,11 @@ class PTCGains(FaultTolerantGains):
     rate_exponent: float = parameter(0.3, "h2", "", interval(0.0, 1.0), Range(0.05, 0.5))
     position_time: float = parameter(10.0, "T1", "s", positive, Range(1.0, 100.0, log=True))
     rate_time: float = parameter(10.0, "T2", "s", positive, Range(1.0, 100.0, log=True))
-    position_regularisation: float = parameter(
-        0.0, "Added to V_a in the negative powers. Zero as printed", "", non_negative, Range(1e-12, 1e-2, log=True)
-    )
-    rate_regularisation: float = parameter(
-        0.0, "Added to V_b in the negative powers. Zero as printed", "", non_negative, Range(1e-12, 1e-2, log=True)
-    )
-    switching_gain: float = parameter(
-        5.0, "k_s. In 1/s^2 where it is an acceleration, with values of about 0.1", "N m", non_negative,
-        Range(1e-4, 10.0, log=True),
-    )  # fmt: skip
-    switching_form: str = parameter(
-        "torque", "Meaning of the sign term, printed as a torque", rule=choice("torque", "acceleration")
-    )
-    layer: float = parameter(
-        0.0, "Boundary layer of the sign. Zero takes the sign, as printed", "1/s", non_negative,
-        Range(1e-4, 0.5, log=True),
-    )  # fmt: skip
-    smallest_effectiveness: float = changed(
-        FaultTolerantGains,
-        "smallest_effectiveness",
-        meaning="Lower bound of the estimated effectiveness in (D E^)^+. With the printed 1e-4 a wrong estimate "
-        "multiplies the torque by ten thousand",
-    )
+    position_regularisation: float = parameter(0.0, "r_a", "", non_negative, Range(1e-12, 1e-2, log=True))
+    rate_regularisation: float = parameter(0.0, "r_b", "", non_negative, Range(1e-12, 1e-2, log=True))
+    switching_gain: float = parameter(5.0, "k_s", "N m or 1/s^2", non_negative, Range(1e-4, 10.0, log=True))
+    switching_form: str = parameter("torque", "Form of the sign term", rule=choice("torque", "acceleration"))
+    layer: float = parameter(0.0, "Layer of the sign. Zero for none", "1/s", non_negative, Range(1e-4, 0.5, log=True))
 
 
 class _State(NamedTuple):
@@ -79,7 +61,11 @@ class PTC(FaultTolerantController):
     T1 (1 - exp(-V_a^h1)) more. T1 + T2 bounds that time as long as the wheels do not saturate.
 
     The sign term is printed as k_s sgn(s), a torque, which need not oppose s: s'G J^-1 sgn(s) is negative for some s.
-    ``switching_form="acceleration"`` takes k_s J G^-1 sgn(s), which does; k_s is then in 1/s^2.
+    ``switching_form="acceleration"`` takes k_s J G^-1 sgn(s), which does, with k_s of about 0.1 1/s^2.
+
+    The regularisations r_a and r_b are added to V_a and V_b in the negative powers; they are zero in the printed law.
+    The printed lower bound of the effectiveness in (D E^)^+ is 1e-4: a wrong estimate then multiplies the torque by ten
+    thousand.
 
     h1 = 0.5, as in Table 1, demands full speed on arrival: xi' is infinite at z1 = 0. The torque on s = 0 is bounded
     for h1 <= 0.25.

@@ -34,9 +34,7 @@ class ShenClassGains(FaultTolerantGains):
     forgetting: float = parameter(0.01, "c1", "1/s", non_negative)
     adaptation: float = parameter(0.1, "c2", "", non_negative, Range(1e-3, 1.0, log=True))
     monitor_gain: float = parameter(5.0, "L. Zero leaves f^ out", "N m s/rad", non_negative, Range(0.5, 50.0, log=True))
-    monitor_threshold: float = parameter(
-        2e-3, "Rate mismatch above which the monitor acts", "rad/s", non_negative, Range(1e-5, 1e-2, log=True)
-    )
+    monitor_threshold: float = parameter(2e-3, "Threshold of f^", "rad/s", non_negative, Range(1e-5, 1e-2, log=True))
 
 
 class ShenClass(FaultTolerantController):

@@ -21,9 +21,7 @@ class TSMCClassGains(RelativeGains):
     linear: float = parameter(0.3, "a", "rad/s", non_negative, Range(0.01, 1.0, log=True))
     terminal: float = parameter(0.3, "b", "rad/s", non_negative, Range(0.01, 1.0, log=True))
     exponent: float = parameter(5.0 / 7.0, "p", "", interval(0.0, 1.0), Range(0.5, 0.95))
-    guard: float = parameter(
-        0.02, "MRP below which the slope of the power is constant", "", positive, Range(1e-5, 0.1, log=True)
-    )
+    guard: float = parameter(0.02, "Guard of the slope", "", positive, Range(1e-5, 0.1, log=True))
     reaching_linear: float = parameter(1.0, "k", "1/s", non_negative, Range(0.1, 8.0, log=True))
     reaching_power_gain: float = parameter(0.2, "l", "", non_negative, Range(1e-3, 1.0, log=True))
     reaching_exponent: float = parameter(0.5, "g", "", interval(0.0, 1.0))

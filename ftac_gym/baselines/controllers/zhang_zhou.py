@@ -32,23 +32,18 @@ class ZhangZhouGains(FaultTolerantGains):
     reaching_steepness: float = parameter(5.0, "alpha of N", "", non_negative)
     reaching_power: int = parameter(1, "P0 of N, a positive integer")
     layer: float = parameter(
-        0.05, "Boundary layer of every sign. Zero takes the sign, as printed", "rad/s", non_negative,
-        Range(1e-4, 0.5, log=True),
-    )  # fmt: skip
-    network_gain: float = parameter(
-        1.0, "mu3 or theta2, learning gain of the network. Zero switches it off", "", non_negative,
-        Range(1e-3, 10.0, log=True),
-    )  # fmt: skip
-    anti_saturation: Mapping[str, Any] | None = parameter(
-        None,
-        "Gains of :class:`~ftac_gym.baselines.components.anti_saturation.AntiSaturation`. None leaves it out, since "
-        "its only effect is a dependence on the integrator's step",
-        rule=mapping,
+        0.05, "Layer of the signs. Zero for none", "rad/s", non_negative, Range(1e-4, 0.5, log=True)
     )
+    network_gain: float = parameter(1.0, "mu3 or theta2. Zero for none", "", non_negative, Range(1e-3, 10.0, log=True))
+    anti_saturation: Mapping[str, Any] | None = parameter(None, "Gains of the auxiliary system, if any", rule=mapping)
 
 
 class ZhangZhou(FaultTolerantController):
-    """Reaching law, network, anti-saturation system and allocation; a subclass has the surface and the other terms."""
+    """Reaching law, network, anti-saturation system and allocation; a subclass has the surface and the other terms.
+
+    The :class:`~ftac_gym.baselines.components.anti_saturation.AntiSaturation` is left out by default: its only effect
+    is a dependence on the integrator's step.
+    """
 
     gains = ZhangZhouGains()
     allocation_power: ClassVar[float] = 2.0

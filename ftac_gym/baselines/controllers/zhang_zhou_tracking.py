@@ -33,11 +33,7 @@ class ZhangZhouTrackingGains(ZhangZhouGains):
     terminal: float = changed(ZhangZhouGains, "terminal", meaning="k2")
     exponent: float = changed(ZhangZhouGains, "exponent", meaning="r of S")
     bound: float = parameter(0.05, "mu of S", "", positive)
-    feed_forward: bool = parameter(
-        False,
-        "Whether k2 S'(z1) z1', which is known, is subtracted. Otherwise Omega dominates it, as printed",
-        rule=flag,
-    )
+    feed_forward: bool = parameter(False, "Whether k2 S'(z1) z1' is subtracted; not printed", rule=flag)
     bound_gain: float = parameter(0.01, "theta1", "", non_negative)
     coupling_gain: float = parameter(0.01, "theta3", "", non_negative)
     coupling_high: float = parameter(0.02, "delta_m, above delta_n", "", finite)

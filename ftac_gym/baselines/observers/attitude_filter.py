@@ -20,11 +20,7 @@ class AttitudeFilterGains(Gains):
     """Gain of :class:`AttitudeFilter` in a controller."""
 
     attitude_filter_time: float = parameter(
-        0.0,
-        "Time constant of the attitude filter. Zero passes the star tracker through",
-        "s",
-        non_negative,
-        Range(0.0, 5.0),
+        0.0, "Time constant of the attitude filter. Zero for no filter", "s", non_negative, Range(0.0, 5.0)
     )
 
 

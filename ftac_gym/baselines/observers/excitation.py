@@ -19,9 +19,7 @@ class ExcitationGains(Gains):
     """Gains of an observer that identifies the excited wheels."""
 
     excitation_time: float = parameter(2.0, "Time constant of the low-passed command", "s", positive)
-    excitation_threshold: float = parameter(
-        0.05, "Share of the torque limit that the low-passed command of an identifiable wheel exceeds", "", positive
-    )
+    excitation_threshold: float = parameter(0.05, "Threshold of it over the torque limit", "", positive)
 
 
 class Excitation:

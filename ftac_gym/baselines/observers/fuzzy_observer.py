@@ -26,36 +26,14 @@ STABLE_STEP = 2.78
 class FuzzyObserverGains(Gains):
     """Gains and method of :class:`FuzzyObserver`."""
 
-    design: str = parameter(
-        "solved",
-        'Gain matrices: ``"published"`` for those of the appendix, ``"solved"`` for the solution of the matrix '
-        "inequalities for this spacecraft",
-    )
-    torque_bound: float | None = parameter(
-        None,
-        "f_max. Beyond it f^ is clipped and z_f is constant. It must exceed the whole equivalent fault (E - I) u + f. "
-        "None for no bound",
-        "N m",
-        optional(positive),
-    )
-    vibration_bound: float | None = parameter(
-        None,
-        "Largest sum of the magnitudes of d^, which is scaled down to it. None for no bound",
-        rule=optional(positive),
-    )
-    start: str = parameter(
-        "measured",
-        "Initial estimate: the first measured rate with the appendages at rest, or zero",
-        rule=choice("measured", "zero"),
-    )
-    interpolate: bool = parameter(
-        True, "Whether the rate is interpolated within a period. Else it is held at its start", rule=flag
-    )
+    design: str = parameter("solved", "Source of the gain matrices: appendix, or solved inequalities")
+    torque_bound: float | None = parameter(None, "f_max", "N m", optional(positive))
+    vibration_bound: float | None = parameter(None, "Largest sum of the magnitudes of d^", "", optional(positive))
+    start: str = parameter("measured", "Initial estimate of the rate", rule=choice("measured", "zero"))
+    interpolate: bool = parameter(True, "Whether the rate is interpolated within a period", rule=flag)
     method: str = parameter("rk4", "Integrator", rule=choice("rk4", "euler"))
     longest_step: float = parameter(0.05, "Largest step into which the period is divided", "s", positive)
-    scheduled: bool = parameter(
-        True, "Whether the gain matrices are those of the active rules. Else they are the mean of all", rule=flag
-    )
+    scheduled: bool = parameter(True, "Whether the active rules set the gains. Else their mean", rule=flag)
 
 
 class FuzzyObserver(FaultObserver):
@@ -68,7 +46,9 @@ class FuzzyObserver(FaultObserver):
         z_f' = sum h_i F_i e,   z_v' = A_v varpi^ + B_v w + sum h_i G_i e
 
     which is the printed law with its term in y' integrated by parts (Eq. (22)). f is the torque of the faults on the
-    body, not the torque of each wheel: with more than three wheels those are not observable.
+    body, not the torque of each wheel: with more than three wheels those are not observable. Beyond a ``torque_bound``
+    f_max, which must exceed the whole equivalent fault (E - I) u + f, f^ is clipped and z_f is constant. Beyond a
+    ``vibration_bound`` d^ is scaled down. The start is the first measured rate with the appendages at rest, or zero.
 
     The observer is sampled: it integrates the last period, with the held command, along the line between the two rates
     measured at its ends.

@@ -20,12 +20,8 @@ class IterativeLearningGains(Gains):
     """Gains of :class:`IterativeLearningObserver`."""
 
     rate_gain: float = parameter(8.0, "L over J", "1/s", positive, Range(0.5, 9.0, log=True))
-    learning_gain: float = parameter(
-        4.0, "K2 over J, for w~ of one period", "1/s^2", positive, Range(0.1, 9.0, log=True)
-    )
-    forgetting: float = parameter(
-        1.0, "K1. Below one f^ never reaches a constant torque", "", interval(0.0, 1.0, closed=True)
-    )
+    learning_gain: float = parameter(4.0, "K2 over J", "1/s^2", positive, Range(0.1, 9.0, log=True))
+    forgetting: float = parameter(1.0, "K1", "", interval(0.0, 1.0, closed=True))
 
 
 class IterativeLearningObserver(FaultObserver):
@@ -36,7 +32,8 @@ class IterativeLearningObserver(FaultObserver):
 
         J w^' = -w^ x J w^ + D u + f^ + L w~,    f^_k = K1 f^_{k-1} + K2 w~_k
 
-    for L = rate_gain J, K2 = learning_gain J. There is no model of appendages: their torque is a part of f^.
+    for L = rate_gain J, K2 = learning_gain J. For K1 below one f^ never reaches a constant torque. There is no model of
+    appendages: their torque is a part of f^.
 
     Raises
     ------

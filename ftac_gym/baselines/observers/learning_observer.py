@@ -22,21 +22,12 @@ from ftac_gym.utils.parameters import FloatArray, matrix, non_negative, positive
 class LearningGains(ExcitationGains):
     """Gains of :class:`LearningObserver`."""
 
-    rate_gain: float | Sequence[float] = parameter(
-        2.0, "The diagonal of M [N m s], or a number times the inertia", "1/s", search=Range(0.5, 5.0, log=True)
-    )
-    first: float | Sequence[Sequence[float]] = parameter(
-        1.0, "H1, an m x 3 matrix, or a number times D'", "s/rad", search=Range(0.01, 300.0, log=True)
-    )
-    second: float | Sequence[Sequence[float]] = parameter(
-        1.0, "H2, an m x 3 matrix, or a number times D'", "s/rad", search=Range(0.01, 300.0, log=True)
-    )
+    rate_gain: float | Sequence[float] = parameter(2.0, "M", search=Range(0.5, 5.0, log=True))
+    first: float | Sequence[Sequence[float]] = parameter(1.0, "H1", search=Range(0.01, 300.0, log=True))
+    second: float | Sequence[Sequence[float]] = parameter(1.0, "H2", search=Range(0.01, 300.0, log=True))
     forgetting: float = parameter(1.0, "l", "", interval(0.0, 1.0, closed=True))
     switching: float = parameter(0.0, "n", "N m", non_negative)
-    full_torque: float | None = parameter(
-        1.0, "u0: the command above which a wheel learns at full speed. None takes v = 1, as printed", "N m",
-        optional(positive),
-    )  # fmt: skip
+    full_torque: float | None = parameter(1.0, "u0. None takes v = 1, as printed", "N m", optional(positive))
     smallest: float = parameter(1e-4, "Lower end of the effectiveness", "", interval(0.0, 1.0))
 
 
@@ -51,7 +42,10 @@ class LearningObserver(FaultObserver):
     As printed v = 1, l = 0.9, n = 2.5 N m, and the gains are 4 x 3 although the example has three wheels. This form
     fails. Without the sign of the command the correction has the wrong sign half of the time. The factor l gives
     a time constant of ten samples, and n keeps w~ at zero, so that no information is left in it. The working form has
-    v = sat(u / u0), l = 1, n = 0 and smaller gains.
+    v = sat(u / u0), l = 1, n = 0 and smaller gains: above the command u0 a wheel learns at full speed.
+
+    M is given by its diagonal [N m s], or by a number [1/s] times the inertia. H1 and H2 [s/rad] are m x 3 matrices, or
+    numbers times D'.
 
     Raises
     ------
