@@ -40,7 +40,7 @@ def test_skew_is_the_matrix_of_the_cross_product() -> None:
     np.testing.assert_array_equal(matrix, -np.swapaxes(matrix, -1, -2))
 
 
-def test_product_obeys_the_hamilton_table() -> None:
+def test_product_follows_the_hamilton_table() -> None:
     one, i, j, k = np.eye(4)
     for a, b, expected in [(i, j, k), (j, k, i), (k, i, j), (j, i, -k), (i, i, -one), (j, j, -one), (k, k, -one)]:
         np.testing.assert_array_equal(att.quaternion_product(a, b), expected)

@@ -14,7 +14,7 @@ from ftac_gym.task import Episodes, InitialState
 
 FLAGSHIP = scenarios.get("flagship")
 RUBBING = WheelArray(FLAGSHIP.spacecraft.wheels.axes, 0.2, 12.0, spin_inertia=0.02, friction=Friction(2e-3))
-CRAFT, STEPS, ONSET = 4, 120, 2.5  # s
+COUNT, STEPS, ONSET = 4, 120, 2.5  # s
 CALM = FLAGSHIP.replace(
     spacecraft=dataclasses.replace(FLAGSHIP.spacecraft, wheels=RUBBING), faults=None, duration=STEPS / 10.0,
     tumble_rate=None, initial_state=InitialState(angle=(0.2, 0.4), max_rate=0.01, wheel_momentum=(-1.0, 1.0)),
@@ -81,13 +81,13 @@ def test_the_list_covers_every_kind():
 
 @pytest.fixture(scope="module")
 def healthy():
-    return fly(CALM, CALM.draw(5, CRAFT))
+    return fly(CALM, CALM.draw(5, COUNT))
 
 
 @pytest.mark.parametrize("kind", faults.KINDS)
 def test_it_changes_what_is_flown_and_measured(kind, healthy):
     scenario = faulty(kind)
-    attitude, rate, measured_attitude, measured_rate = fly(scenario, scenario.draw(5, CRAFT))
+    attitude, rate, measured_attitude, measured_rate = fly(scenario, scenario.draw(5, COUNT))
     onset = round(ONSET * 10)
     # Nothing before the onset, up to the measurement that is made at that very moment.
     for values, plain in zip((attitude, rate), healthy[:2], strict=True):
@@ -124,14 +124,14 @@ def test_it_differs_between_episodes(kind):
 @pytest.mark.parametrize("kind", faults.KINDS)
 def test_it_replays_bit_for_bit(kind, tmp_path):
     scenario = faulty(kind)
-    episodes = scenario.draw(5, CRAFT)
-    commands = np.random.default_rng(0).uniform(-0.2, 0.2, (STEPS, CRAFT, 4))
+    episodes = scenario.draw(5, COUNT)
+    commands = np.random.default_rng(0).uniform(-0.2, 0.2, (STEPS, COUNT, 4))
     original = open_loop(scenario, episodes, commands)
     episodes.save(tmp_path / "episodes.npz")
     loaded = Episodes.load(tmp_path / "episodes.npz")
-    assert loaded.digest() == episodes.digest() == scenario.draw(5, CRAFT).digest()
+    assert loaded.digest() == episodes.digest() == scenario.draw(5, COUNT).digest()
     np.testing.assert_array_equal(open_loop(scenario, loaded, commands), original)
-    for k in (0, CRAFT - 1):
+    for k in (0, COUNT - 1):
         alone = open_loop(scenario, loaded[k], commands[:, k : k + 1])
         np.testing.assert_array_equal(alone[:, 0], original[:, k])
     backwards = open_loop(scenario, loaded[::-1], commands[:, ::-1])

@@ -43,11 +43,11 @@ def fly(simulator, law, steps, disturb=lambda step: None):
     return np.array(states)
 
 
-def pair(scenario, craft=2):
+def pair(scenario, count=2):
     """Return a simulator at the start of an episode and a law for it."""
-    simulator = Simulator(scenario, craft)
-    simulator.reset(scenario.draw(3, craft))
-    return simulator, baselines.make("pd_dob", scenario, craft)
+    simulator = Simulator(scenario, count)
+    simulator.reset(scenario.draw(3, count))
+    return simulator, baselines.make("pd_dob", scenario, count)
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind is not CommandDelay], ids=lambda kind: kind.__name__)
@@ -72,7 +72,7 @@ def test_a_flight_with_live_faults_is_the_one_of_its_episode(kind):
     quiet, same = pair(scenario)
     healthy = fly(quiet, same, 250)
     np.testing.assert_array_equal(flown[:50], healthy[:50])
-    assert np.abs(flown[150, 0] - healthy[150, 0]).max() > 1e-7, "the fault must be felt"
+    assert np.abs(flown[150, 0] - healthy[150, 0]).max() > 1e-7, "the fault must change the flight"
     np.testing.assert_array_equal(flown[:, 1], healthy[:, 1])
 
 
@@ -88,7 +88,7 @@ def test_a_live_command_delay_makes_commands_late():
     np.testing.assert_allclose(torques, [[0.05, 0.1], [0.05, 0.15], [0.1, 0.2], [0.15, 0.0]])
 
 
-def test_faults_pile_up_on_a_wheel_and_a_repair_ends_them_all():
+def test_faults_pile_up_on_a_wheel_and_clearing_ends_them_all():
     drawn = HEALTHY.draw(0, 2).drawn_faults
     random = np.random.default_rng(1)
     for time in (1.0, 2.0, 3.0):
@@ -99,12 +99,12 @@ def test_faults_pile_up_on_a_wheel_and_a_repair_ends_them_all():
         f"wheel 0: bias at {time:.1f} s" for time in (1.0, 2.0, 3.0)
     )
     assert acting_faults(drawn, now)[0].descriptions == ()
-    healed = clear_faults(drawn, 1, 0, 5.0)
-    assert len(acting_faults(healed, np.full(2, 4.9))[1].descriptions) == 3
-    assert acting_faults(healed, np.full(2, 5.0))[1].descriptions == ()
+    cleared = clear_faults(drawn, 1, 0, 5.0)
+    assert len(acting_faults(cleared, np.full(2, 4.9))[1].descriptions) == 3
+    assert acting_faults(cleared, np.full(2, 5.0))[1].descriptions == ()
 
 
-def test_a_repair_also_takes_away_what_was_to_come():
+def test_clearing_also_removes_future_faults():
     scenario = HEALTHY.replace(faults=FaultSchedule((Outage(wheel=3, onset=40.0), AttitudeSpike(onset=50.0))))
     drawn = scenario.draw(0, 1).drawn_faults
     for wheel in (3, None):
@@ -131,7 +131,7 @@ def test_wider_tables_say_the_same():
         assert narrow.descriptions == other.descriptions
 
 
-def test_craft_with_and_without_layers_share_a_simulator():
+def test_spacecraft_with_and_without_layers_share_a_simulator():
     layered = HEALTHY.replace(faults=FaultSchedule((Outage(wheel=0), Outage(wheel=0, onset=5.0))))
     simulator, law = pair(HEALTHY)
     alone = Simulator(layered, 1)
@@ -160,7 +160,7 @@ def test_a_fault_must_name_a_wheel_that_there_is(wheel):
         add_fault(HEALTHY.draw(0, 1).drawn_faults, 0, Outage(wheel=wheel), 0.0, LIMITS, np.random.default_rng(0))
 
 
-def test_faults_of_other_craft_are_refused():
+def test_faults_of_another_number_of_spacecraft_are_refused():
     simulator, _ = pair(HEALTHY)
     with pytest.raises(ValueError, match=r"faults must be for 2 craft of 4 wheels; .*, got"):
         simulator.set_faults(HEALTHY.draw(0, 1).drawn_faults)

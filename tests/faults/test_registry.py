@@ -201,7 +201,7 @@ def test_a_kind_survives_copies_and_pickles():
         assert other == kind == 100 and other.label == "hum" and repr(other) == "CustomKind(100, 'hum')"
 
 
-def test_importing_the_module_is_what_makes_it_known(tmp_path):
+def test_importing_the_module_registers_the_kind(tmp_path):
     (tmp_path / "hum.py").write_text(
         "from dataclasses import dataclass\n"
         "from ftac_gym.faults import CustomKind, WheelFault, register\n"

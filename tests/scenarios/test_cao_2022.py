@@ -28,7 +28,7 @@ def external(time, rate):
     return 0.01 * (rate @ rate + 0.05) * waves
 
 
-def test_start_and_nominal_craft():
+def test_start_and_nominal_spacecraft():
     simulator = Simulator(SCENARIO, 1)
     simulator.reset(SCENARIO.draw(0, 1))
     attitude = simulator.state.attitude[0]

@@ -46,7 +46,7 @@ def start():
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_start_and_nominal_craft(name):
+def test_start_and_nominal_spacecraft(name):
     scenario = scenarios.get(name)
     simulator = Simulator(scenario, 1)
     simulator.reset(scenario.draw(0, 1))

@@ -1,4 +1,4 @@
-"""The flexible craft: what is drawn, how it differs from the flagship, and that its task can be done."""
+"""The flexible spacecraft: its draws, its differences from the flagship, and a controller that does its task."""
 
 import gymnasium as gym
 import numpy as np
@@ -76,7 +76,7 @@ def test_most_episodes_can_be_done_and_they_are_the_flagships():
     np.testing.assert_array_equal(EPISODES.feasible, FLAGSHIP.draw(0, COUNT).feasible)
 
 
-def test_the_same_commands_end_differently_on_every_craft():
+def test_the_same_commands_end_differently_on_every_spacecraft():
     """Of one start and one fault-free body, only the modes differ."""
     same = FLEXIBLE.replace(faults=None, sensors=None, disturbance=None, inertia_uncertainty=None)
     episodes = same.draw(0, 30)
@@ -92,8 +92,8 @@ def test_the_same_commands_end_differently_on_every_craft():
     assert simulator.modal_energy.min() > 1e-6
 
 
-def test_vibration_outlasts_what_a_rigid_craft_would_do():
-    """A flagship controller that knows nothing of modes leaves the flexible craft shaking."""
+def test_vibration_outlasts_what_a_rigid_spacecraft_would_do():
+    """A flagship controller without a model of the modes leaves them vibrating."""
     from ftac_gym.evaluation import rollout
 
     quiet = FLEXIBLE.replace(faults=None)

@@ -61,23 +61,23 @@ def quaternion(vector):
 
 
 @pytest.mark.parametrize("name", SHARES)
-def test_the_craft(name):
-    craft = scenarios.get(name).spacecraft
-    np.testing.assert_array_equal(craft.inertia_matrix, INERTIA)
-    np.testing.assert_array_equal(craft.wheels.axis_matrix, np.eye(3))
-    np.testing.assert_array_equal(craft.wheels.torque_limits, 5.0)
-    assert np.all(np.isinf(craft.wheels.momentum_limits)) and not craft.wheels.momentum_coupling
-    np.testing.assert_array_equal(craft.appendages.coupling, DELTA)
-    assert craft.appendages.coupling[2][2] == -0.83674
-    assert craft.appendages.frequencies == FREQUENCIES and craft.appendages.damping_ratios == RATIOS
-    np.testing.assert_allclose(np.linalg.eigvalsh(craft.quick_inertia), [179.07, 254.68, 305.06], atol=0.005)
-    np.testing.assert_allclose(craft.quick_inertia, INERTIA - DELTA.T @ DELTA, atol=1e-12)
-    assert not craft.allow_unphysical_inertia
+def test_the_spacecraft(name):
+    spacecraft = scenarios.get(name).spacecraft
+    np.testing.assert_array_equal(spacecraft.inertia_matrix, INERTIA)
+    np.testing.assert_array_equal(spacecraft.wheels.axis_matrix, np.eye(3))
+    np.testing.assert_array_equal(spacecraft.wheels.torque_limits, 5.0)
+    assert np.all(np.isinf(spacecraft.wheels.momentum_limits)) and not spacecraft.wheels.momentum_coupling
+    np.testing.assert_array_equal(spacecraft.appendages.coupling, DELTA)
+    assert spacecraft.appendages.coupling[2][2] == -0.83674
+    assert spacecraft.appendages.frequencies == FREQUENCIES and spacecraft.appendages.damping_ratios == RATIOS
+    np.testing.assert_allclose(np.linalg.eigvalsh(spacecraft.quick_inertia), [179.07, 254.68, 305.06], atol=0.005)
+    np.testing.assert_allclose(spacecraft.quick_inertia, INERTIA - DELTA.T @ DELTA, atol=1e-12)
+    assert not spacecraft.allow_unphysical_inertia
     np.testing.assert_allclose(
-        craft.appendages.stiffness, [2.35991044, 4.87349776, 14.03701156, 14.03701156], rtol=1e-12
+        spacecraft.appendages.stiffness, [2.35991044, 4.87349776, 14.03701156, 14.03701156], rtol=1e-12
     )
     np.testing.assert_allclose(
-        craft.appendages.damping, 2.0 * np.array(RATIOS) * np.array(FREQUENCIES), rtol=1e-14
+        spacecraft.appendages.damping, 2.0 * np.array(RATIOS) * np.array(FREQUENCIES), rtol=1e-14
     )  # fmt: skip
 
 

@@ -38,17 +38,17 @@ def started(scenario):
 
 
 @BOTH
-def test_start_and_nominal_craft(scenario):
+def test_start_and_nominal_spacecraft(scenario):
     state = started(scenario).state
     np.testing.assert_allclose(state.attitude[0], [STARTS[scenario.name], *VECTOR], rtol=0.0, atol=1e-15)
     assert abs(np.linalg.norm(state.attitude[0]) - 1.0) < 1e-15  # 0.8832 is not a unit quaternion
     assert abs(state.attitude[0, 0]) == pytest.approx(0.8832, abs=5e-5)
     np.testing.assert_array_equal(state.rate[0], RATE)
-    craft = scenario.spacecraft
-    np.testing.assert_array_equal(craft.inertia_matrix, INERTIA)
-    np.testing.assert_array_equal(craft.wheels.axis_matrix, np.eye(3))
-    np.testing.assert_array_equal(craft.wheels.torque_limits, 10.0)
-    assert not np.isfinite(craft.wheels.momentum_limits).any() and not craft.wheels.momentum_coupling
+    spacecraft = scenario.spacecraft
+    np.testing.assert_array_equal(spacecraft.inertia_matrix, INERTIA)
+    np.testing.assert_array_equal(spacecraft.wheels.axis_matrix, np.eye(3))
+    np.testing.assert_array_equal(spacecraft.wheels.torque_limits, 10.0)
+    assert not np.isfinite(spacecraft.wheels.momentum_limits).any() and not spacecraft.wheels.momentum_coupling
     assert scenario.inertia_uncertainty is None and scenario.sensors is None
     assert scenario.control_period == scenario.physics_step == 0.01 and scenario.duration == 60.0
 

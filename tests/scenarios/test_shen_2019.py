@@ -61,4 +61,4 @@ def test_it_can_be_flown():
     history = rollout(SCENARIO, "pd_dob", episodes)
     before, after = history.attitude_error[900:1000], history.attitude_error[-200:]
     assert np.degrees(before.max()) < 0.05 and np.degrees(after.max()) < 0.05
-    assert np.degrees(history.attitude_error[1000:1100].max()) > np.degrees(before.max())  # the biases strike
+    assert np.degrees(history.attitude_error[1000:1100].max()) > np.degrees(before.max())  # the biases act

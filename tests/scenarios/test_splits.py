@@ -17,7 +17,7 @@ def affected(episodes, kind):
 
 
 def outside(values, training):
-    """Whether all magnitudes lie beyond those of training, up to what 2000 episodes leave undrawn of a range."""
+    """Return whether all magnitudes lie beyond those of training, up to the undrawn rest of 2000 episodes."""
     return np.abs(values).min() > 0.98 * np.abs(training).max()
 
 
@@ -64,7 +64,7 @@ def test_unseen_kinds_are_not_in_training():
     assert sensors == {FaultKind.GYRO_BIAS_STEP, FaultKind.STAR_TRACKER_OUTAGE, FaultKind.ATTITUDE_SPIKE}
 
 
-def test_double_strikes_two_wheels_in_every_episode():
+def test_double_affects_two_wheels_in_every_episode():
     double = scenarios.get("flagship_double").draw(0, COUNT)
     assert np.all((double.faults["kind"] > 0).any(axis=2).sum(axis=1) == 2)
 

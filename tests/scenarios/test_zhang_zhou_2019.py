@@ -40,13 +40,13 @@ def wheels(time, command, probe):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_nominal_craft_and_timing(name):
+def test_nominal_spacecraft_and_timing(name):
     scenario = scenarios.get(name)
-    craft = scenario.spacecraft
-    np.testing.assert_array_equal(craft.inertia_matrix, INERTIA)
-    np.testing.assert_allclose(craft.wheels.axis_matrix, AXES, atol=1e-15)
-    np.testing.assert_array_equal(craft.wheels.torque_limits, 2.0 if name.endswith("2nm") else 5.0)
-    assert not craft.wheels.momentum_coupling and np.all(np.isinf(craft.wheels.momentum_limits))
+    spacecraft = scenario.spacecraft
+    np.testing.assert_array_equal(spacecraft.inertia_matrix, INERTIA)
+    np.testing.assert_allclose(spacecraft.wheels.axis_matrix, AXES, atol=1e-15)
+    np.testing.assert_array_equal(spacecraft.wheels.torque_limits, 2.0 if name.endswith("2nm") else 5.0)
+    assert not spacecraft.wheels.momentum_coupling and np.all(np.isinf(spacecraft.wheels.momentum_limits))
     assert scenario.sensors is None and scenario.tumble_rate is None
     assert scenario.control_period == scenario.physics_step == 0.01 and scenario.duration == 60.0
 

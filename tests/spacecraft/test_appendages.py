@@ -74,8 +74,8 @@ def test_the_modes_must_leave_a_body(scale, fits):
     appendages = FlexibleAppendages((1.0,), 0.01, ((scale, 0.0, 0.0),))
     inertia = np.diag([10.0, 19.0, 25.0])
     if fits:
-        craft = Spacecraft(inertia, WHEELS, appendages=appendages)
-        np.testing.assert_allclose(craft.quick_inertia, np.diag([10.0 - scale**2, 19.0, 25.0]), atol=1e-12)
+        spacecraft = Spacecraft(inertia, WHEELS, appendages=appendages)
+        np.testing.assert_allclose(spacecraft.quick_inertia, np.diag([10.0 - scale**2, 19.0, 25.0]), atol=1e-12)
         appendages.free_frequencies(inertia)
         return
     message = r"coupling must leave J - delta' delta positive definite; its smallest eigenvalue \[kg m\^2\], got -"
@@ -200,9 +200,9 @@ def test_one_free_mode_by_hand():
 
 
 def test_free_frequencies_of_li_2023_are_above_the_clamped_ones():
-    craft = scenarios.get("li_2023").spacecraft
-    free = craft.appendages.free_frequencies(craft.inertia_matrix)
-    assert np.all(free > np.sort(craft.appendages.frequencies))
+    spacecraft = scenarios.get("li_2023").spacecraft
+    free = spacecraft.appendages.free_frequencies(spacecraft.inertia_matrix)
+    assert np.all(free > np.sort(spacecraft.appendages.frequencies))
     np.testing.assert_allclose(free, [1.66103, 2.23730, 3.78182, 3.84364], atol=1e-5)
 
 
@@ -241,7 +241,7 @@ def test_json_round_trip(scenario):
 
 
 @pytest.mark.parametrize("name", scenarios.names())
-def test_the_json_of_a_rigid_craft_says_nothing_of_modes(name):
+def test_the_json_of_a_rigid_spacecraft_says_nothing_of_modes(name):
     scenario = scenarios.get(name)
     words = ("ppendage", '"misalignment"', "vibration", "modal", "Flexible")  # gyros have a misalignment of their own
     if scenario.spacecraft.appendages is None:
@@ -250,7 +250,7 @@ def test_the_json_of_a_rigid_craft_says_nothing_of_modes(name):
         assert all(word in scenario.to_json() for word in ("appendages", "FlexibleAppendages"))
 
 
-def test_episodes_of_a_flexible_craft_survive_a_file(tmp_path):
+def test_episodes_of_a_flexible_spacecraft_survive_a_file(tmp_path):
     episodes = flexible_in_every_way().draw(2, 6)
     episodes.save(tmp_path / "episodes.npz")
     again = type(episodes).load(tmp_path / "episodes.npz")

@@ -126,13 +126,13 @@ def test_unphysical_inertia_can_be_allowed_but_must_stay_positive():
 
 
 def test_parameters_cannot_be_changed():
-    craft = Spacecraft(INERTIA, orthogonal())
+    spacecraft = Spacecraft(INERTIA, orthogonal())
     with pytest.raises(dataclasses.FrozenInstanceError):
-        craft.inertia = IDENTITY
-    craft.inertia_matrix[0, 0] = 99.0
-    assert craft.inertia_matrix[0, 0] == 10.0
+        spacecraft.inertia = IDENTITY
+    spacecraft.inertia_matrix[0, 0] = 99.0
+    assert spacecraft.inertia_matrix[0, 0] == 10.0
     with pytest.raises(dataclasses.FrozenInstanceError):
-        craft.wheels.torque_limit = 1.0
+        spacecraft.wheels.torque_limit = 1.0
 
 
 def test_wheels_must_be_a_wheel_array():

@@ -109,7 +109,7 @@ def test_the_turn_may_lie_between_two_faults_or_after_the_last():
 
 
 def test_what_takes_away_no_torque_takes_no_time():
-    # Nothing that strikes at 15 s may make the turn start again.
+    # No fault at 15 s may make the turn start again.
     others = (
         CommandDelay(wheel=0, onset=15.0),
         GyroBiasStep(onset=15.0, size=0.01),

@@ -145,8 +145,8 @@ def test_episodes_and_seeds_differ_in_every_random_part():
     biases = np.concatenate([episodes.sensors["gyro_bias"], others.sensors["gyro_bias"]])
     assert len(np.unique(biases, axis=0)) == 400
     onsets = np.concatenate([episodes.faults["onset"], others.faults["onset"]])
-    struck = onsets[np.isfinite(onsets)]
-    assert len(struck) > 300 and len(np.unique(struck)) == len(struck)
+    finite = onsets[np.isfinite(onsets)]
+    assert len(finite) > 300 and len(np.unique(finite)) == len(finite)
 
 
 def test_one_part_does_not_change_the_numbers_of_another():

@@ -105,7 +105,7 @@ def imports(module):
 
 @pytest.mark.parametrize("kernel", [plant.advance, sensing.sense], ids=["plant", "sensing"])
 def test_every_file_that_a_kernel_is_made_of_is_watched(kernel):
-    """What compiled code takes from a file, pieces or constants, it must not go on using when the file has changed."""
+    """Compiled code must be renewed after a change of any file with its functions or constants."""
     home = sys.modules[kernel.py_func.__module__]
     (decorator,) = ast.parse(inspect.getsource(kernel.py_func)).body[0].decorator_list
     watched = {getattr(home, argument.id).__name__ for argument in decorator.args}
