@@ -140,7 +140,10 @@ def fly(
     require(workers != 0, "workers", "must be positive, or -1 for all cores", workers)
     require(len(episodes) > 0, "episodes", "must be given for a split at least", list(episodes))
     if backend == "ray":
-        _register_ray()
+        try:
+            import_module("ray.util.joblib").register_ray()
+        except ImportError:
+            raise ImportError("backend 'ray' needs Ray: pip install 'ftac-gym[cluster]'") from None
     scenarios = {split: Scenario.from_json(item.scenario_json) for split, item in episodes.items()}
     jobs = {}
     for entry in entries:
@@ -221,11 +224,3 @@ def _flown(jobs: Mapping[_Key, Batch], backend: str, workers: int) -> _Flights:
         size = _GROUP * effective_n_jobs(workers)
         while group := list(islice(calls, size)):
             yield from parallel(group)
-
-
-def _register_ray() -> None:
-    """Register Ray with joblib."""
-    try:
-        import_module("ray.util.joblib").register_ray()
-    except ImportError:
-        raise ImportError("backend 'ray' needs Ray: pip install 'ftac-gym[cluster]'") from None

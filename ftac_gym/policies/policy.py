@@ -49,37 +49,27 @@ class DeferredBaseline:
     """
 
     tier = "attitude"
+    baseline: baselines.Baseline
+    """Baseline for the environment, from :meth:`attach` on."""
 
     def __init__(self, law: baselines.BaselineLike, gains: str = "default", **changes: Any) -> None:
         self.law, self.gains = law, gains
         # The name of tuned gains does not identify their values, so they are read once, here.
         self._gains = baselines.chosen(law, gains, changes)
-        self.fingerprint: str | None = None
+        known = law in baselines.names()
+        self.fingerprint = json.dumps([law, self._gains], sort_keys=True) if known else None
         """Equal for equal policies: stored results are found by it. None for custom classes."""
-        if law in baselines.names():
-            self.fingerprint = json.dumps([law, self._gains], sort_keys=True)
-        self._policy: baselines.BaselinePolicy | None = None
-
-    @property
-    def baseline(self) -> baselines.Baseline:
-        """The baseline of the environment that the policy is attached to."""
-        assert self._policy is not None, "attach the policy first"
-        return self._policy.baseline
-
-    def build(self, env: SpacecraftFTCVectorEnv) -> baselines.Baseline:
-        """Return a new baseline for the spacecraft of an environment."""
-        return baselines.make(self.law, env.scenario, env.num_envs, **self._gains)
 
     def attach(self, env: SpacecraftFTCVectorEnv) -> VectorEnv[Any, Any, Any]:
         """Build the baseline for the spacecraft of an environment, which is returned unchanged."""
-        self._policy = self.build(env).as_policy(env)
+        self.baseline = baselines.make(self.law, env.scenario, env.num_envs, **self._gains)
+        self._policy = self.baseline.as_policy(env)
         return env
 
     def predict(
         self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool = True
     ) -> tuple[FloatArray, None]:
-        """Return the actions (N, wheels)."""
-        assert self._policy is not None, "attach the policy first"
+        """Return the actions (N, wheels); the policy must be attached."""
         return self._policy.predict(observation, state, episode_start, deterministic)
 
 

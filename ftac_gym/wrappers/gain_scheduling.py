@@ -13,8 +13,8 @@ from ftac_gym import baselines
 from ftac_gym.baselines import as_action
 from ftac_gym.baselines.gains import merged
 from ftac_gym.utils.parameters import FloatArray, fields_named, finite, require
-from ftac_gym.wrappers.residual import non_oracle
-from ftac_gym.wrappers.transform import Transform, wrapper
+from ftac_gym.wrappers.residual import BaseTransform
+from ftac_gym.wrappers.transform import wrapper
 
 Ranges = Mapping[str, Sequence[float]]
 
@@ -28,7 +28,7 @@ def schedulable_bases() -> list[str]:
     ]
 
 
-class Scheduling(Transform):
+class Scheduling(BaseTransform):
     """Let the agent set a few gains of a baseline, which acts.
 
     The action has one entry within [-1, 1] for each gain: zero is the base's default, bit for bit, 1 and -1 are the
@@ -54,15 +54,10 @@ class Scheduling(Transform):
         range is refused.
     """
 
-    acts = True
-
     def __init__(
         self, env: Any, base: baselines.BaselineLike = "pd_dob", ranges: Ranges | None = None, **gains: Any
     ) -> None:
-        super().__init__(env)
-        scenario = self.inner.scenario
-        self.baseline = non_oracle(base, scenario, self.num_spacecraft, gains)
-        self.information = self.baseline.information
+        super().__init__(env, base, gains)
         law = type(self.baseline)
         require(bool(law.schedulable), "base", f"must have gains to schedule, as {schedulable_bases()} have", base)
         changes = {name: value for name, value in gains.items() if name != "gains"}
@@ -83,12 +78,11 @@ class Scheduling(Transform):
             for end in (low, high):
                 # The constructor of the base checks the ends of the range.
                 with fields_named(**{f"{base}:": f"ranges[{name!r}] of {base}:"}):
-                    baselines.make(base, scenario, 1, **merged(gains, law.gains_at({**point, name: end})))
+                    baselines.make(base, self.inner.scenario, 1, **merged(gains, law.gains_at({**point, name: end})))
             rows.append((low, default, high))
         self.gains = tuple(given)
         """The gains that the action sets, in its order."""
         self._low, self._default, self._high = np.array(rows).T
-        self._limits = scenario.spacecraft.wheels.torque_limits
         self.action_space = spaces.Box(-1.0, 1.0, (len(rows),), dtype=np.float32)
 
     def values(self, actions: npt.NDArray[Any]) -> FloatArray:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ftac_gym import baselines
 from ftac_gym.attitude import angle_between
-from ftac_gym.baselines import Baseline, as_action
+from ftac_gym.baselines import as_action
 from ftac_gym.baselines.components.gyroscopic import GyroscopicModel
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.observers.disturbance_observer import DisturbanceObserver
@@ -106,7 +106,37 @@ class UnmodelledTorque:
         self.torque = np.where(mask, np.sqrt(np.einsum("ni,ni->n", change, change)), self.torque)
 
 
-class Residual(Transform):
+class BaseTransform(Transform):
+    """Transform through which the agent acts on a baseline.
+
+    Parameters
+    ----------
+    env
+        An environment of this package, single or vector.
+    base
+        Name of the baseline, a custom class, or its path as ``"module:Class"``.
+    gains
+        Gains of the baseline.
+
+    Raises
+    ------
+    ValueError
+        If the environment is not of this package, the baseline is an oracle, or its name or a gain is refused.
+    """
+
+    acts = True
+
+    def __init__(self, env: Any, base: baselines.BaselineLike, gains: Mapping[str, Any]) -> None:
+        super().__init__(env)
+        scenario = self.inner.scenario
+        self.baseline = baselines.make(base, scenario, self.num_spacecraft, **gains)
+        self.information = self.baseline.information
+        rule = "must not be an oracle: no spacecraft can measure the inputs of the agent's actions"
+        require(self.information != "oracle", "base", rule, base)
+        self._limits = scenario.spacecraft.wheels.torque_limits
+
+
+class Residual(BaseTransform):
     """Let the agent correct a baseline.
 
     The action sent on is ``clip(base + authority * residual, -1, 1)``, per wheel and over its limit; the base action of
@@ -138,8 +168,6 @@ class Residual(Transform):
         If the environment is not of this package, or a name, a gain or the authority is refused.
     """
 
-    acts = True
-
     def __init__(
         self,
         env: Any,
@@ -150,14 +178,10 @@ class Residual(Transform):
         torque_threshold: float | None = None,
         **gains: Any,
     ) -> None:
-        super().__init__(env)
+        super().__init__(env, base, gains)
         self._profile = AuthorityProfile(authority, authority_angle, authority_floor, torque_threshold)
         self._authority = np.full((self.num_spacecraft, 1), authority)
-        scenario = self.inner.scenario
-        self._unmodelled = UnmodelledTorque(scenario, self.num_spacecraft)
-        self._limits = scenario.spacecraft.wheels.torque_limits
-        self.baseline = non_oracle(base, scenario, self.num_spacecraft, gains)
-        self.information = self.baseline.information
+        self._unmodelled = UnmodelledTorque(self.inner.scenario, self.num_spacecraft)
         self.base_action = np.zeros((self.num_spacecraft, len(self._limits)))
         """(N, wheels) action of the base at the present measurement."""
         one = np.ones(len(self._limits))
@@ -186,22 +210,6 @@ class Residual(Transform):
         none = np.zeros(self.num_spacecraft, dtype=np.bool_)
         action = as_action(self.baseline.act_only(measurement, none), self._limits)
         return np.concatenate([observation, action], axis=1, dtype=np.float32)
-
-
-def non_oracle(
-    name: baselines.BaselineLike, scenario: Scenario, num_spacecraft: int, gains: Mapping[str, Any]
-) -> Baseline:
-    """Build a baseline that does not use the truth about the faults.
-
-    Raises
-    ------
-    ValueError
-        If the baseline is an oracle, or its name or a gain is refused.
-    """
-    baseline = baselines.make(name, scenario, num_spacecraft, **gains)
-    rule = "must not be an oracle: no spacecraft can measure the inputs of the agent's actions"
-    require(baseline.information != "oracle", "base", rule, name)
-    return baseline
 
 
 ResidualPolicy = wrapper("ResidualPolicy", Residual)

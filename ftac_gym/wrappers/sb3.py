@@ -1,8 +1,8 @@
-"""Our native vector environment in the clothes of Stable-Baselines3's ``VecEnv``."""
+"""Adapter from vector environments of this package to Stable-Baselines3's ``VecEnv``."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import gymnasium as gym
@@ -21,18 +21,17 @@ from ftac_gym.wrappers.action_hold import held_steps
 class SB3VecEnv(VecEnv):
     """Adapter from a Gymnasium vector environment in same-step mode to Stable-Baselines3.
 
-    At the end of an episode a craft's info holds what SB3 expects: ``terminal_observation``, ``TimeLimit.truncated``
-    (truncated and not terminated), ``episode`` (return ``r`` and length ``l``, as a Monitor would record) and the
-    environment's final info, ``is_success`` among it. At other steps the infos are empty, for speed.
+    At the end of an episode, the info of a spacecraft holds the entries of SB3: ``terminal_observation``,
+    ``TimeLimit.truncated`` (truncated and not terminated), ``episode`` (return ``r`` and length ``l``, as of a Monitor)
+    and the environment's final info with ``is_success``. At other steps the infos are empty, for speed.
 
     Parameters
     ----------
     env
         The vector environment, wrapped or not, made with ``autoreset_mode="SameStep"``.
     hold
-        Control periods for which every action is held; the rewards of the periods are added up. A craft whose episode
-        ends while an action is held flies the rest of the hold with a zero action, and the rewards of that rest count
-        for nobody.
+        Control periods for which every action is held; the rewards of the periods are added up. A spacecraft whose
+        episode ends while an action is held gets a zero action for the rest of the hold, whose rewards do not count.
 
     Raises
     ------
@@ -52,27 +51,27 @@ class SB3VecEnv(VecEnv):
         self._lengths = np.zeros(self.num_envs, dtype=np.int64)
 
     def measurement(self, truth: bool = False) -> Measurement:
-        """Return what the craft measure now: the input of baselines; with what the faults do, for an oracle."""
+        """Return the present measurement of the spacecraft, with the truth about the faults for an oracle."""
         measurement: Measurement = self.env.unwrapped.measurement(truth)  # type: ignore[attr-defined]
         return measurement
 
     def reset(self) -> npt.NDArray[Any]:
-        """Reset all craft with the seeds and the options that were set."""
+        """Reset all spacecraft with the seeds and the options that were set."""
         seeds: Any = list(self._seeds) if any(seed is not None for seed in self._seeds) else None
         observation, infos = self.env.reset(seed=seeds, options=dict(self._options[0]))
         self._reset_seeds()
         self._reset_options()
-        self.reset_infos = [_row(infos, craft) for craft in range(self.num_envs)]
+        self.reset_infos = [_row(infos, spacecraft) for spacecraft in range(self.num_envs)]
         self._returns[:] = 0.0
         self._lengths[:] = 0
         return np.asarray(observation)
 
     def step_async(self, actions: npt.NDArray[Any]) -> None:
-        """Note the actions."""
+        """Store the actions."""
         self._actions = actions
 
     def step_wait(self) -> VecEnvStepReturn:
-        """Step all craft."""
+        """Step all spacecraft."""
         listed: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         done = np.zeros(self.num_envs, dtype=np.bool_)
         total = np.zeros(self.num_envs)
@@ -82,12 +81,13 @@ class SB3VecEnv(VecEnv):
             self._lengths += running
             ended = (terminated | truncated) & running
             if ended.any():
-                for craft in np.flatnonzero(ended).tolist():
-                    listed[craft] = {
-                        **_row(infos["final_info"], craft),
-                        "terminal_observation": infos["final_obs"][craft],
-                        "TimeLimit.truncated": bool(truncated[craft] and not terminated[craft]),
-                        "episode": {"r": float(self._returns[craft] + total[craft]), "l": int(self._lengths[craft])},
+                returns = self._returns + total
+                for spacecraft in np.flatnonzero(ended).tolist():
+                    listed[spacecraft] = {
+                        **_row(infos["final_info"], spacecraft),
+                        "terminal_observation": infos["final_obs"][spacecraft],
+                        "TimeLimit.truncated": bool(truncated[spacecraft] and not terminated[spacecraft]),
+                        "episode": {"r": float(returns[spacecraft]), "l": int(self._lengths[spacecraft])},
                     }
                 done = done | ended
         self._returns = np.where(done, 0.0, self._returns + total)
@@ -99,13 +99,13 @@ class SB3VecEnv(VecEnv):
         self.env.close()
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """Return an attribute of the vector environment, once for each index: the craft share it."""
+        """Return an attribute of the vector environment, once for each index: the spacecraft share it."""
         value = getattr(self.env.unwrapped, attr_name)
-        return [value for _ in self._indices(indices)]
+        return [value for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """Set an attribute of the vector environment, for all craft."""
-        require(indices is None, "indices", "must be None: the craft share their attributes", indices)
+        """Set an attribute of the vector environment, for all spacecraft."""
+        require(indices is None, "indices", "must be None: the spacecraft share their attributes", indices)
         setattr(self.env.unwrapped, attr_name, value)
 
     def env_method(
@@ -113,31 +113,25 @@ class SB3VecEnv(VecEnv):
     ) -> list[Any]:
         """Call a method of the vector environment once and return its result for each index."""
         result = getattr(self.env.unwrapped, method_name)(*method_args, **method_kwargs)
-        return [result for _ in self._indices(indices)]
+        return [result for _ in self._get_indices(indices)]
 
     def env_is_wrapped(
         self, wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]], indices: VecEnvIndices = None
     ) -> list[bool]:
-        """Tell whether the craft are wrapped; the adapter records episodes as a Monitor does."""
-        return [wrapper_class is Monitor for _ in self._indices(indices)]
+        """Return whether the spacecraft are wrapped; the adapter records episodes as a Monitor does."""
+        return [wrapper_class is Monitor for _ in self._get_indices(indices)]
 
     def get_images(self) -> Sequence[npt.NDArray[Any] | None]:
         """Return the rendered frames."""
         frames: Any = self.env.render()
         return list(frames) if frames is not None else [None] * self.num_envs
 
-    def _indices(self, indices: VecEnvIndices) -> Iterable[int]:
-        return self._get_indices(indices)
 
-
-def _row(infos: dict[str, Any], craft: int) -> dict[str, Any]:
-    """Return one craft's info from a vector environment's infos."""
+def _row(infos: dict[str, Any], spacecraft: int) -> dict[str, Any]:
+    """Return the info of one spacecraft from a vector environment's infos."""
     row = {}
     for name, values in infos.items():
-        if not name.startswith("_") and infos.get(f"_{name}", np.ones(craft + 1, dtype=np.bool_))[craft]:
-            row[name] = _row(values, craft) if isinstance(values, dict) else _plain(values[craft])
+        if not name.startswith("_") and infos.get(f"_{name}", np.ones(spacecraft + 1, dtype=np.bool_))[spacecraft]:
+            value = _row(values, spacecraft) if isinstance(values, dict) else values[spacecraft]
+            row[name] = value.item() if isinstance(value, np.generic) else value
     return row
-
-
-def _plain(value: Any) -> Any:
-    return value.item() if isinstance(value, np.generic) else value

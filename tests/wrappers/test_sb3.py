@@ -124,7 +124,7 @@ def test_attributes_and_methods():
     np.testing.assert_array_equal(measured[0].attitude, env.measurement().attitude)
     env.set_attr("note", "hello")
     assert env.get_attr("note") == ["hello"] * CRAFT
-    with pytest.raises(ValueError, match="indices must be None: the craft share their attributes"):
+    with pytest.raises(ValueError, match="indices must be None: the spacecraft share their attributes"):
         env.set_attr("note", "bye", indices=[1])
     with pytest.raises(AttributeError):
         env.get_attr("no_such_attribute")
