@@ -27,8 +27,8 @@ from tqdm import tqdm
 
 from ftac_gym import scenarios
 from ftac_gym.evaluation.benchmark import Benchmark, entries_of, fly, frozen_episodes
-from ftac_gym.evaluation.metrics import SHARES
-from ftac_gym.evaluation.statistics import estimate, interquartile_mean, mean, paired_difference
+from ftac_gym.evaluation.compare import statistic_of
+from ftac_gym.evaluation.statistics import estimate, paired_difference
 from ftac_gym.evaluation.tables import Cells, markdown, number, verdict
 from ftac_gym.training.callbacks import checkpoints
 from ftac_gym.utils.parameters import FloatArray
@@ -165,8 +165,7 @@ def main(config: Config) -> None:
         label = [action, memory, str(len(entry.policies))]
         row, change = list(label), list(label)
         for metric in METRICS:
-            statistic = mean if metric in SHARES else interquartile_mean
-            row.append(number(estimate(values(name, metric), statistic)))
+            row.append(number(estimate(values(name, metric), statistic_of(metric))))
             if name != BASE:
                 difference = paired_difference(values(name, metric), values(BASE, metric))
                 change.append(verdict(metric, difference))

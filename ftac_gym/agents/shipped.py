@@ -7,13 +7,14 @@ import math
 from pathlib import Path
 
 SHIPPED = Path(__file__).parent
-"""Where the agents that come with the package lie: a folder for each design, in it one for each training seed."""
+"""Folder of the agents that come with the package: a folder for each design, in it one for each training seed."""
 
 EVALUATIONS_FILE = "evaluations.csv"
+"""File of the evaluations during a training."""
 
 
 def evaluations(folder: Path) -> list[dict[str, float]]:
-    """Return the evaluations on the way of a training run, oldest first; none if there is no file of them."""
+    """Return the evaluations of a training run, oldest first; none if there is no file."""
     path = folder / EVALUATIONS_FILE
     if not path.exists():
         return []
@@ -22,7 +23,7 @@ def evaluations(folder: Path) -> list[dict[str, float]]:
 
 
 def seeds(folder: Path) -> list[Path]:
-    """Return the folders of the training seeds in a folder of one design, in their order."""
+    """Return the folders of the training seeds in the folder of a design, in their order."""
     return sorted(folder.glob("seed_*"), key=lambda path: int(path.name.removeprefix("seed_")))
 
 

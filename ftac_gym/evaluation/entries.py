@@ -38,8 +38,6 @@ class Entry:
     policies
         Policies as :func:`~ftac_gym.policies.resolve` takes them, one per training seed; a single one for a baseline.
         They can be pickled; agents are paths.
-    role
-        ``"contestant"``, or ``"bound"`` if the faults are among its inputs.
     tier
         Information tier: ``"attitude"``, ``"telemetry"`` or ``"oracle"``.
     kind
@@ -54,12 +52,16 @@ class Entry:
 
     name: str
     policies: tuple[Any, ...]
-    role: str
     tier: str
     kind: str
     gains: str
     provenance: Mapping[str, Any]
     curves: tuple[tuple[Mapping[str, float], ...], ...] = ()
+
+    @property
+    def role(self) -> str:
+        """``"policy"``, or ``"bound"`` if the truth about the faults is among its inputs."""
+        return "bound" if self.tier == "oracle" else "policy"
 
 
 def entries_of(names: Sequence[baselines.BaselineLike | Path], scenario: Scenario) -> tuple[Entry, ...]:
@@ -68,18 +70,18 @@ def entries_of(names: Sequence[baselines.BaselineLike | Path], scenario: Scenari
     Parameters
     ----------
     names
-        ``"all"`` for every baseline that fits the scenario and gives a finite command, with default gains, and with
-        tuned ones if some were found in the scenario's family; or what :func:`~ftac_gym.policies.resolve` takes: the
-        name of a baseline, ``"NAME tuned"``, a custom class or ``"module:Class"``, the name or the path of an agent.
-        An agent with a folder for each training seed (``seed_*``) is one entry with all of them.
+        Names as :func:`~ftac_gym.policies.resolve` takes them: of a baseline, ``"NAME tuned"``, a custom class or
+        ``"module:Class"``, and the name or the path of an agent. An agent with a folder for each training seed
+        (``seed_*``) is one entry with all of them. ``"all"`` stands for every baseline that fits the scenario and gives
+        a finite command: with default gains, and with tuned ones of the scenario's family.
     scenario
         The task, or one of the splits that share it.
 
     Raises
     ------
     ValueError
-        If a name is unknown, a baseline does not fit or has no tuned gains of this family, an agent cannot be loaded,
-        the seeds of one are of different designs, or two entries have one name.
+        If a name is unknown, or two entries have one name; if a baseline does not fit or has no tuned gains of this
+        family; if an agent cannot be loaded, or its seeds are of different designs.
     """
     entries: list[Entry] = []
     for name in names:
@@ -147,19 +149,15 @@ def _family(scenario: Scenario) -> str:
 def _baseline(name: Any, scenario: Scenario) -> Entry:
     policy = resolve(name)
     assert isinstance(policy, DeferredBaseline)
-    custom = policy.law not in baselines.names()
-    shown = label(policy.law) if custom else str(name)
+    custom = policy.name not in baselines.names()
+    shown = label(policy.name) if custom else str(name)
     free = not custom or shown not in baselines.names()
     require(free, "policies", "must be a class whose name no baseline has", shown)
-    provenance = tuned.record(str(policy.law))["provenance"] if policy.gains == "tuned" else {}
+    provenance = tuned.record(str(policy.name))["provenance"] if policy.gains == "tuned" else {}
     found = provenance.get("scenario", _family(scenario))
     require(found == _family(scenario), f"gains of {shown}", f"must be tuned on {_family(scenario)}", found)
-    tier = baselines.make(policy.law, scenario, gains=policy.gains).information
-    return Entry(shown, (policy,), _role(tier), tier, "baseline", policy.gains, provenance)
-
-
-def _role(tier: str) -> str:
-    return "bound" if tier == "oracle" else "contestant"
+    tier = baselines.make(policy.name, scenario, gains=policy.gains).information
+    return Entry(shown, (policy,), tier, "baseline", policy.gains, provenance)
 
 
 def _every_baseline(scenario: Scenario) -> list[Entry]:
@@ -184,12 +182,10 @@ def _agent(path: Path) -> Entry:
     require(same, "agent", "must have seeds of one design: one interface in all cards", str(path))
     cards = [folder / CARD_FILE for folder in folders]
     curves = [tuple(training_curve(folder)) for folder in folders]
-    tier = agents[0].information
     return Entry(
         name=path.resolve().parent.name if path.name == "agent" else path.stem if path.is_file() else path.name,
         policies=tuple(str(folder.resolve()) for folder in folders),
-        role=_role(tier),
-        tier=tier,
+        tier=agents[0].information,
         kind="agent",
         gains="",
         provenance={"cards": [json.loads(card.read_text()) for card in cards if card.is_file()]},

@@ -16,10 +16,10 @@ from ftac_gym.utils.parameters import FloatArray
 Metrics = dict[str, FloatArray]
 
 HIGHER_IS_BETTER = frozenset({"success", "return", "bound_kept", "bound_margin"})
-"""Metrics that a good policy makes large; all others it makes small."""
+"""Metrics that are better if they are larger; all others are better if they are smaller."""
 
 SHARES = frozenset({"success", "bound_kept"})
-"""Metrics that are one or nothing: their mean is a share of the episodes."""
+"""Metrics that are 0 or 1: their mean is a share of the episodes."""
 
 UNITS: dict[str, str] = {
     "success": "share",
@@ -51,7 +51,7 @@ class Rollout:
     Attributes
     ----------
     scenario, episodes
-        What was run.
+        Task and episodes.
     time
         (T + 1,) [s].
     attitude_error
@@ -73,7 +73,7 @@ class Rollout:
     reward
         (T, N) rewards.
     modal_displacement, modal_rate
-        (T + 1, N, k) vibration modes [kg^1/2 m, kg^1/2 m/s]; k = 0 for rigid craft.
+        (T + 1, N, k) vibration modes [kg^1/2 m, kg^1/2 m/s]; k = 0 for rigid spacecraft.
     """
 
     scenario: Scenario
@@ -118,27 +118,28 @@ class Rollout:
 def episode_metrics(history: Rollout) -> Metrics:
     """Evaluate every episode of a rollout.
 
-    With theta the true pointing error, and *on target* meaning inside the success cone and slow:
+    Theta is the true pointing error. *On target* means inside the cone and below the rate limit of ``success``; the
+    window is that of the last ``success.hold`` seconds.
 
     ===================== ==========================================================================================
-    ``success``           1 if on target for the whole of the last ``success.hold`` seconds, else 0
-    ``settling_time``     time after which the craft stays on target to the end; the duration if it never does
-    ``final_error``       root mean square of theta over the last ``success.hold`` seconds
-    ``final_error_95``    95th percentile of theta over the same window
+    ``success``           1 if on target in the whole window, else 0
+    ``settling_time``     time after which the spacecraft stays on target to the end; the duration if it never does
+    ``final_error``       root mean square of theta over the window
+    ``final_error_95``    95th percentile of theta over the window
     ``integrated_error``  integral of theta over the episode
-    ``peak_after_fault``  largest theta after the first fault; NaN unless the craft was on target when it struck
-    ``recovery_time``     from that fault until the craft is on target to stay; NaN likewise
+    ``peak_after_fault``  largest theta after the first fault; NaN unless on target at its onset
+    ``recovery_time``     from that onset until on target to the end; NaN unless on target at the onset
     ``energy``            integral of the sum of squared applied wheel torques (means over control periods)
     ``chatter``           total variation of the wheel commands, summed over wheels, per second
     ``saturation``        share of wheel commands at their limit
     ``path_ratio``        integral of the rate error over the initial angle: 1 is the shortest way
-    ``bound_kept``        1 if the error stayed within the scenario's prescribed bound, else 0; NaN if it has none
-    ``bound_margin``      least distance to a bound, in units of that between the two; negative outside; NaN likewise
-    ``jitter``            root mean square of the pointing error about its mean over the last ``success.hold`` seconds
-    ``modal_energy``      integral of the energy of the vibration modes over the episode; NaN for rigid craft
-    ``residual_energy``   mean of that energy over the last ``success.hold`` seconds; NaN likewise
-    ``vibration_torque``  root mean square of the modes' torque on the body over the same window; NaN likewise
-    ``return``            sum of the rewards: what agents are trained for
+    ``bound_kept``        1 if the error stayed within the scenario's prescribed bound, else 0; NaN without a bound
+    ``bound_margin``      least distance to a bound over the width between both; negative outside; NaN without a bound
+    ``jitter``            root mean square of the pointing error about its mean over the window
+    ``modal_energy``      integral of the energy of the vibration modes over the episode; NaN without modes
+    ``residual_energy``   mean of that energy over the window; NaN without modes
+    ``vibration_torque``  root mean square of the modes' torque on the body over the window; NaN without modes
+    ``return``            sum of the rewards: the objective of agents
     ===================== ==========================================================================================
 
     Returns
@@ -154,14 +155,14 @@ def episode_metrics(history: Rollout) -> Metrics:
     window = np.degrees(error[-hold:])
     settled = _settled_from(on_target)
     onset = history.episodes.first_onset
-    struck = np.ceil(np.where(np.isfinite(onset), onset, 0.0) / period - 1e-9).astype(int)
-    countable = np.isfinite(onset) & (struck < steps)
-    struck = np.minimum(struck, steps)
-    craft = np.arange(error.shape[1])
-    countable &= on_target[struck, craft]
-    after = np.arange(steps + 1)[:, None] >= struck
+    onset_step = np.ceil(np.where(np.isfinite(onset), onset, 0.0) / period - 1e-9).astype(int)
+    countable = np.isfinite(onset) & (onset_step < steps)
+    onset_step = np.minimum(onset_step, steps)
+    spacecraft = np.arange(error.shape[1])
+    countable &= on_target[onset_step, spacecraft]
+    after = np.arange(steps + 1)[:, None] >= onset_step
     peak = np.degrees(np.where(after, error, 0.0).max(axis=0))
-    recovery = np.maximum(np.minimum(settled, steps) - struck, 0) * period
+    recovery = np.maximum(np.minimum(settled, steps) - onset_step, 0) * period
     limits = scenario.spacecraft.wheels.torque_limits
     changes = np.abs(np.diff(history.command, axis=0)).sum(axis=(0, 2))
     margin = np.full(error.shape[1], np.nan)
@@ -200,7 +201,7 @@ def episode_metrics(history: Rollout) -> Metrics:
 
 
 def _settled_from(on_target: npt.NDArray[np.bool_]) -> npt.NDArray[np.int64]:
-    """Return the first step after which each craft (steps, N) stays on target; the number of steps if none."""
+    """Return the first step after which each spacecraft (steps, N) stays on target; the number of steps if none."""
     outside = ~on_target
     last_outside = len(outside) - 1 - np.argmax(outside[::-1], axis=0)
     settled: npt.NDArray[np.int64] = np.where(outside.any(axis=0), last_outside + 1, 0)
@@ -208,7 +209,7 @@ def _settled_from(on_target: npt.NDArray[np.bool_]) -> npt.NDArray[np.int64]:
 
 
 def summarize(metrics: Metrics) -> dict[str, float]:
-    """Return the mean of shares and the median of every other metric, ignoring NaN."""
+    """Return the mean of shares and the median of every other metric, without NaN."""
     summary = {}
     for name, values in metrics.items():
         known = values[~np.isnan(values)]

@@ -1,4 +1,4 @@
-"""PyTorch on one thread: networks of control are too small to share, and sums depend on how they are shared."""
+"""PyTorch on one thread: small networks gain nothing from several, and sums depend on their number."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def one_torch_thread() -> Iterator[None]:
-    """Let PyTorch compute on one thread inside; it is not imported if nobody has done so."""
+    """Let PyTorch compute on one thread inside; it is not imported for that."""
     torch = sys.modules.get("torch")
     if torch is None:
         yield

@@ -35,7 +35,7 @@ class DeferredBaseline:
 
     Parameters
     ----------
-    law
+    name
         Name of a baseline, a subclass of :class:`~ftac_gym.baselines.Baseline`, or its path as ``"module:Class"``.
     gains
         ``"default"`` or ``"tuned"``, as for :func:`ftac_gym.baselines.make`; custom classes have default gains only.
@@ -52,17 +52,17 @@ class DeferredBaseline:
     baseline: baselines.Baseline
     """Baseline for the environment, from :meth:`attach` on."""
 
-    def __init__(self, law: baselines.BaselineLike, gains: str = "default", **changes: Any) -> None:
-        self.law, self.gains = law, gains
+    def __init__(self, name: baselines.BaselineLike, gains: str = "default", **changes: Any) -> None:
+        self.name, self.gains = name, gains
         # The name of tuned gains does not identify their values, so they are read once, here.
-        self._gains = baselines.chosen(law, gains, changes)
-        known = law in baselines.names()
-        self.fingerprint = json.dumps([law, self._gains], sort_keys=True) if known else None
+        self._gains = baselines.chosen(name, gains, changes)
+        known = name in baselines.names()
+        self.fingerprint = json.dumps([name, self._gains], sort_keys=True) if known else None
         """Equal for equal policies: stored results are found by it. None for custom classes."""
 
     def attach(self, env: SpacecraftFTCVectorEnv) -> VectorEnv[Any, Any, Any]:
         """Build the baseline for the spacecraft of an environment, which is returned unchanged."""
-        self.baseline = baselines.make(self.law, env.scenario, env.num_envs, **self._gains)
+        self.baseline = baselines.make(self.name, env.scenario, env.num_envs, **self._gains)
         self._policy = self.baseline.as_policy(env)
         return env
 

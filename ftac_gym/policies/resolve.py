@@ -29,8 +29,8 @@ def resolve(policy: Any, scenario: str = "flagship", gains: str = "default") -> 
         - a baseline's name, or ``"NAME tuned"`` for its tuned gains;
         - a subclass of :class:`~ftac_gym.baselines.Baseline`, or its path as ``"module:Class"``;
         - ``"agent"`` or the name of another shipped agent;
-        - the path of an agent: its folder, the folder of its run, a folder with one agent for each training seed
-          (the best in its own evaluations is taken), or a Stable-Baselines3 zip;
+        - the path of an agent: its folder, the folder of its run, or a Stable-Baselines3 zip;
+        - the path of a folder with one agent for each training seed, for the best in its own evaluations;
         - a Stable-Baselines3 model, which acts directly, in the attitude tier;
         - an object with Stable-Baselines3's ``predict``, and the tier of its observation as ``tier`` if that is not
           ``"attitude"``;

@@ -59,8 +59,8 @@ def held_decision(
     periods
         Control periods from one decision to the next.
     state
-        State at the previous control period, None at the first: for each spacecraft the control periods until the next
-        decision and the action held, and the memory.
+        State at the previous control period; None at the first. It holds the control periods until the next decision
+        and the action of each spacecraft, and the memory.
     start
         (N,) spacecraft at the start of an episode, which decide at once.
     """

@@ -43,10 +43,14 @@ class TorqueSource:
 class FaultEstimates(Transform):
     """Append an estimate of the faults to the observation.
 
-    An observer has the nominal spacecraft as its model and processes one measurement per control period. Its estimates,
-    in this order: torque on the body over the mean torque limit (3), effectiveness of each wheel, bias of each over its
-    torque limit, whether each can be identified (0 or 1), torque of the vibration modes over the mean torque limit (3).
-    Entries are clipped to :data:`~ftac_gym.envs.observation.BOUND`.
+    An observer has the nominal spacecraft as its model and processes one measurement per control period. The entries
+    are clipped to :data:`~ftac_gym.envs.observation.BOUND`; those of an observer are, as far as it estimates them,
+
+    - torque on the body over the mean torque limit (3);
+    - effectiveness of each wheel;
+    - bias of each wheel over its torque limit;
+    - whether each wheel can be identified (0 or 1);
+    - torque of the vibration modes over the mean torque limit (3).
 
     Parameters
     ----------

@@ -31,9 +31,9 @@ def schedulable_bases() -> list[str]:
 class Scheduling(BaseTransform):
     """Let the agent set a few gains of a baseline, which acts.
 
-    The action has one entry within [-1, 1] for each gain: zero is the base's default, bit for bit, 1 and -1 are the
-    ends of its range, and between them the gain is geometric in the action. Each gain counts for the coming control
-    period; every spacecraft has its own.
+    The action has one entry within [-1, 1] for each gain. Zero is the base's default, bit for bit, and 1 and -1 are the
+    ends of its range; between them the gain is geometric in the action. The gains are those of the coming control
+    period, for each spacecraft its own.
 
     Parameters
     ----------

@@ -40,12 +40,12 @@ class Transform:
     Raises
     ------
     ValueError
-        If the environment is not of this package, its observations are no flat Box, it holds its actions already, or
-        two transforms would act on the wheels.
+        If the environment is not of this package, its observations are no flat Box, or it holds its actions already;
+        or if two transforms would act on the wheels.
     """
 
     acts: ClassVar[bool] = False
-    """Whether it turns the agent's actions into commands to the wheels."""
+    """True for transforms of the agent's actions into commands to the wheels."""
     information = "attitude"
     """Information tier of its inputs."""
 

@@ -1,4 +1,4 @@
-"""What surrounds a policy network: its tier, its wrappers, its memory."""
+"""Interface, action hold and storage of an agent."""
 
 import json
 from dataclasses import asdict
@@ -30,7 +30,7 @@ from ftac_gym.training.callbacks import save_agent
         ("attitude", [["ResidualPolicy", {"base": "pd_dob", "telemetry": True}]], "telemetry"),
     ],
 )
-def test_an_agent_is_of_the_tier_of_all_that_it_knows(tier, wrappers, expected):
+def test_the_information_tier_counts_all_inputs(tier, wrappers, expected):
     interface = Interface(tier, wrappers)
     assert interface.information == expected
     assert Agent(None, None, interface).information == expected and Agent(None, None, interface).tier == tier
@@ -80,33 +80,33 @@ class Counter:
         return np.repeat(count[0], 4, axis=1), (count, count)
 
 
-def test_a_recurrent_agent_remembers_its_own_decisions_alone():
-    """Craft that hold an action do not think; those whose episode starts forget."""
+def test_the_memory_of_a_recurrent_agent_changes_with_its_decisions_only():
+    """Spacecraft that hold an action do not think; those whose episode starts forget."""
     agent = Agent(Counter(), None, Interface(hold=2))
     state, start, seen = None, np.array([True, True]), []
     for step in range(7):
         action, state = agent.predict(np.zeros((2, 5)), state, start)
         seen.append(action[:, 0].tolist())
-        start = np.array([False, step == 2])  # the second craft starts anew at step 3
+        start = np.array([False, step == 2])  # the second spacecraft starts anew at step 3
     first, second = np.array(seen).T
     assert first.tolist() == [1, 1, 2, 2, 3, 3, 4]
     assert second.tolist() == [1, 1, 2, 1, 1, 2, 2]
 
 
 @pytest.mark.parametrize("wrapper", ["ResidualPolicy", "GainScheduling"])
-def test_a_base_of_your_own_is_kept_as_text(wrapper):
+def test_a_custom_base_is_stored_as_text(wrapper):
     interface = Interface(wrappers=[[wrapper, {"base": CustomBaseline}]])
     assert interface.bases == ("helpers.custom_baseline:CustomBaseline",)
     assert Interface(**json.loads(json.dumps(asdict(interface)))) == interface
     assert Interface(wrappers=[["ResidualPolicy", {}], ["ObservationHistory", {}]]).bases == ("pd_dob",)
 
 
-def test_the_tier_of_a_base_of_your_own_counts():
+def test_the_tier_of_a_custom_base_counts():
     assert Interface(wrappers=[["ResidualPolicy", {"base": CustomBaseline}]]).information == "attitude"
     assert Interface(wrappers=[["ResidualPolicy", {"base": CustomTelemetry}]]).information == "telemetry"
 
 
-def test_a_base_that_nobody_could_import_is_refused():
+def test_a_base_that_cannot_be_imported_is_refused():
     class Local(CustomBaseline):
         pass
 
@@ -114,7 +114,7 @@ def test_a_base_that_nobody_could_import_is_refused():
         Interface(wrappers=[["ResidualPolicy", {"base": Local}]])
 
 
-def test_an_agent_on_a_law_of_your_own_flies_again_and_is_not_taken_for_another(tmp_path):
+def test_an_agent_on_a_custom_base_flies_again_and_has_no_fingerprint(tmp_path):
     for name, base in (("own", CustomBaseline), ("known", "pd")):
         interface = Interface(wrappers=[["ResidualPolicy", {"base": base}]])
         env = DummyVecEnv([lambda interface=interface: interface.wrap(gym.make("SpacecraftFTC-v0", duration=5.0))])

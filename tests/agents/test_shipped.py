@@ -71,7 +71,7 @@ def test_the_direct_one_slews_and_points():
     assert np.median(agent["final_error"]) < 0.1
 
 
-def test_the_flexible_craft_s_leaves_less_vibration_than_its_base_on_fresh_episodes():
+def test_the_agent_of_flexible_spacecraft_leaves_less_vibration_than_its_base():
     agent, base = flown("flexible_residual", "flexible", 200)
     change = sum(
         (agent[metric] - base[metric]) / base[metric].mean() for metric in ("integrated_error", "modal_energy")

@@ -141,17 +141,17 @@ def test_a_policy_without_fingerprint_is_always_run(small_batches, tmp_path):
 
 
 def test_bounds_stand_in_the_table_only_where_the_scenario_has_them():
-    everyone = np.ones(60, dtype=bool)
+    all_of_them = np.ones(60, dtype=bool)
     free = [synthetic("new", 0.5), synthetic("old", 0.0)]
     for item in free:
         for metric in ("bound_kept", "bound_margin"):
             item.metrics[metric] = np.full(60, np.nan)
-    (row, _) = compare(free, "old", everyone)
+    (row, _) = compare(free, "old", all_of_them)
     assert not {"bound_kept", "bound_margin"} & set(row.estimates)
     kept = np.arange(60) < 45
     bound = [synthetic("new", 0.5), synthetic("old", 0.0)]
     bound[0].metrics["bound_kept"] = kept.astype(float)
-    assert compare(bound, "old", everyone)[0].estimates["bound_kept"].value == 0.75  # a share: the mean
+    assert compare(bound, "old", all_of_them)[0].estimates["bound_kept"].value == 0.75  # a share: the mean
 
 
 def synthetic(name, shift, count=60):
@@ -164,8 +164,8 @@ def synthetic(name, shift, count=60):
 
 
 def test_compare():
-    everyone = np.ones(60, dtype=bool)
-    rows = compare([synthetic("new", 0.5), synthetic("old", 0.0)], "old", everyone)
+    all_of_them = np.ones(60, dtype=bool)
+    rows = compare([synthetic("new", 0.5), synthetic("old", 0.0)], "old", all_of_them)
     assert [row.policy for row in rows] == ["new", "old"]
     new, old = rows
     assert set(new.estimates) == set(old.estimates) == {*TABLE_METRICS, ERROR_AND_VIBRATION}
@@ -215,11 +215,11 @@ def test_fault_classes():
 
 
 def test_error_and_vibration_are_each_measured_by_the_reference():
-    everyone = np.ones(60, dtype=bool)
+    all_of_them = np.ones(60, dtype=bool)
     new, old = synthetic("new", 0.0), synthetic("old", 0.0)
     new.metrics["integrated_error"] = 1.1 * old.metrics["integrated_error"]
     new.metrics["modal_energy"] = 0.5 * old.metrics["modal_energy"]
-    better, reference = compare([new, old], "old", everyone)
+    better, reference = compare([new, old], "old", all_of_them)
     assert reference.estimates[ERROR_AND_VIBRATION].value == pytest.approx(2.0)
     assert better.estimates[ERROR_AND_VIBRATION].value == pytest.approx(1.6)
     change = better.differences[ERROR_AND_VIBRATION]

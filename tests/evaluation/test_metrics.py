@@ -22,13 +22,13 @@ FLAGSHIP = scenarios.get("flagship").replace(
     duration=STEPS * PERIOD, success=SuccessCriterion(angle=1.0 * DEGREE, rate=0.01, hold=2.0)
 )
 COUNT = 2000
-"""Craft that drift."""
+"""Spacecraft that drift."""
 LAST = 20
 """Samples in the last two seconds."""
 
 
 def history(error=None, rate_error=None, command=None, torque=None, reward=None, onset=None, count=1):
-    """Return a rollout of an otherwise perfect craft; errors in degrees, a column per craft or one for all."""
+    """Return a rollout without other errors; errors in degrees, a column per spacecraft or one for all."""
 
     def table(values, shape, scale=1.0):
         filled = np.zeros(shape)
@@ -109,7 +109,7 @@ def test_peak_and_recovery_after_a_fault():
     error = errors([(0, 30.0), (20, 0.5), (52, 7.0), (60, 0.2)])
     assert one("peak_after_fault", error=error, onset=[5.0]) == pytest.approx(7.0)
     assert one("recovery_time", error=error, onset=[5.0]) == pytest.approx(1.0)
-    # A fault between two samples strikes at the later one.
+    # A fault between two samples occurs at the later one.
     assert one("recovery_time", error=error, onset=[5.04]) == pytest.approx(0.9)
     # Only the first fault counts, whatever the order of the list.
     assert one("recovery_time", error=error, onset=[9.0, 5.0]) == pytest.approx(1.0)
@@ -121,7 +121,7 @@ def test_a_harmless_fault_takes_no_time_to_recover_from():
     assert one("peak_after_fault", error=error, onset=[5.0]) == pytest.approx(0.5)
 
 
-def test_a_craft_that_never_recovers_takes_the_rest_of_the_episode():
+def test_a_spacecraft_that_never_recovers_takes_the_rest_of_the_episode():
     error = errors([(0, 0.5), (60, 7.0)])
     assert one("recovery_time", error=error, onset=[5.0]) == pytest.approx(5.0)
     assert one("settling_time", error=error, onset=[5.0]) == pytest.approx(10.0)
@@ -130,13 +130,13 @@ def test_a_craft_that_never_recovers_takes_the_rest_of_the_episode():
 @pytest.mark.parametrize(
     ("error", "onset"),
     [
-        (errors([(0, 30.0), (60, 0.5)]), [5.0]),  # it strikes during the slew
+        (errors([(0, 30.0), (60, 0.5)]), [5.0]),  # during the slew
         (errors([(0, 0.5)]), None),  # healthy
-        (errors([(0, 0.5)]), [10.0]),  # it strikes when the episode is over
+        (errors([(0, 0.5)]), [10.0]),  # after the episode
         (errors([(0, 0.5)]), [25.0]),
     ],
 )
-def test_no_recovery_to_speak_of(error, onset):
+def test_no_recovery(error, onset):
     for name in ("peak_after_fault", "recovery_time"):
         assert np.isnan(one(name, error=error, onset=onset))
 
@@ -163,7 +163,7 @@ def test_path_ratio_of_the_shortest_way_is_one():
 
 
 def bounded(error_mrp, bound):
-    """Return the metrics of a craft whose attitude error is an MRP (STEPS + 1, N, 3)."""
+    """Return the metrics of a spacecraft whose attitude error is an MRP (STEPS + 1, N, 3)."""
     made = history(count=error_mrp.shape[1])
     identity = np.zeros_like(made.attitude)
     identity[..., 0] = 1.0
@@ -209,7 +209,7 @@ def test_every_metric_has_a_unit():
     assert all(values.shape == (3,) and values.dtype == np.float64 for values in metrics.values())
 
 
-def test_craft_do_not_mix():
+def test_spacecraft_do_not_mix():
     """The metrics of many episodes are those of each."""
     random = np.random.default_rng(0)
     error = np.abs(random.normal(size=(STEPS + 1, 6))) * np.linspace(30.0, 0.1, STEPS + 1)[:, None]
@@ -218,19 +218,19 @@ def test_craft_do_not_mix():
         torque=random.normal(size=(STEPS, 6, WHEELS)), reward=random.normal(size=(STEPS, 6)),
     )  # fmt: skip
     metrics = episode_metrics(together)
-    for craft in range(6):
+    for spacecraft in range(6):
         parts = {
-            item.name: getattr(together, item.name)[:, craft : craft + 1]
+            item.name: getattr(together, item.name)[:, spacecraft : spacecraft + 1]
             for item in dataclasses.fields(Rollout)
             if item.name not in ("scenario", "episodes", "time")
         }
-        alone = episode_metrics(dataclasses.replace(together, episodes=together.episodes[craft], **parts))
+        alone = episode_metrics(dataclasses.replace(together, episodes=together.episodes[spacecraft], **parts))
         for name, values in metrics.items():
-            np.testing.assert_allclose(alone[name], values[craft : craft + 1], rtol=1e-12, err_msg=name)
+            np.testing.assert_allclose(alone[name], values[spacecraft : spacecraft + 1], rtol=1e-12, err_msg=name)
 
 
 class Idle:
-    """A policy that lets the craft drift, in and out of the cone."""
+    """A policy that lets the spacecraft drift, in and out of the cone."""
 
     tier = "attitude"
 

@@ -105,7 +105,7 @@ def test_draws_what_it_is_asked_for():
     assert default.episodes.digest() == scenarios.get("flagship").draw(0, 1).digest()
 
 
-def test_a_tumbling_craft_is_flown_to_the_end():
+def test_a_tumbling_spacecraft_is_flown_to_the_end():
     wild = SHORT.replace(tumble_rate=0.05, initial_state=InitialState(rate=(0.3, 0.0, 0.0)))
     history = rollout(wild, Constant(np.zeros(4)), seed=0, count=2)
     assert (np.linalg.norm(history.rate, axis=2) > 0.05).all()
@@ -122,7 +122,7 @@ def test_threads_do_not_matter(monkeypatch):
         np.testing.assert_array_equal(getattr(first, history), getattr(second, history))
 
 
-def test_what_a_policy_of_ones_own_is_given():
+def test_inputs_of_a_custom_policy():
     policy = Constant(np.array([0.5, -0.5, 2.0, 0.0]))
     history = rollout(SHORT, policy, seed=0, count=3)
     assert len(policy.observations) == SHORT.horizon
@@ -132,9 +132,9 @@ def test_what_a_policy_of_ones_own_is_given():
     np.testing.assert_allclose(history.command, np.broadcast_to([0.1, -0.1, 0.2, 0.0], history.command.shape))
 
 
-def test_a_contestant_can_be_used_again():
-    contestant = DeferredBaseline("pd_dob", bandwidth=0.7)
-    first, second = (rollout(SHORT, contestant, seed=3, count=2) for _ in range(2))
+def test_a_policy_can_be_used_again():
+    policy = DeferredBaseline("pd_dob", bandwidth=0.7)
+    first, second = (rollout(SHORT, policy, seed=3, count=2) for _ in range(2))
     np.testing.assert_array_equal(first.command, second.command)
     other = rollout(SHORT, DeferredBaseline("pd_dob", bandwidth=2.5), seed=3, count=2)
     assert (other.command != first.command).any()
@@ -156,7 +156,7 @@ def test_a_recorder_is_called_at_every_control_period():
     np.testing.assert_array_equal(rollout(SHORT, "pd_dob", seed=3, count=2).command, history.command)
 
 
-def test_resolve_policy():
+def test_resolution():
     policy = Constant(np.zeros(4))
     assert resolve(policy) is policy
     assert isinstance(resolve("pd"), DeferredBaseline)
@@ -201,14 +201,14 @@ def test_episodes_that_fit_are_welcome_whichever_scenario_drew_them():
 
 
 class Brake(baselines.Baseline):
-    """A law of one's own."""
+    """Custom baseline."""
 
     def act(self, measurement):
         wheels = self.scenario.spacecraft.wheels
         return (-20.0 * measurement.rate @ wheels.axis_matrix).clip(-wheels.torque_limits, wheels.torque_limits)
 
 
-def test_a_law_of_ones_own_flies():
+def test_a_custom_baseline_flies():
     history = rollout(SHORT.replace(faults=None), Brake, seed=3, count=4)
     speed = np.linalg.norm(history.rate, axis=2)
     assert (speed[-1] < 0.1 * speed[0]).all()

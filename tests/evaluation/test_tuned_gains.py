@@ -48,10 +48,10 @@ def test_the_fingerprint_of_tuned_gains_is_what_they_are(tmp_path, monkeypatch):
     assert first == DeferredBaseline("pd", rate_gain=6.0).fingerprint
     assert fingerprint({"rate_gain": 6.0}, rate_gain=6.5) == second
     # A policy flies the gains of its fingerprint, even if they are tuned again in between.
-    contestant = DeferredBaseline("pd", "tuned")
-    expected = rollout(TINY, contestant, seed=0, count=1).command
+    policy = DeferredBaseline("pd", "tuned")
+    expected = rollout(TINY, policy, seed=0, count=1).command
     fingerprint({"rate_gain": 2.0})
-    np.testing.assert_array_equal(rollout(TINY, contestant, seed=0, count=1).command, expected)
+    np.testing.assert_array_equal(rollout(TINY, policy, seed=0, count=1).command, expected)
 
 
 def test_gains_that_are_not_there(tmp_path, monkeypatch):

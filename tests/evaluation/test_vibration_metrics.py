@@ -1,4 +1,4 @@
-"""Metrics of vibration against histories with closed forms, what rigid craft have of them, and the tables."""
+"""Metrics of vibration against histories with closed forms, what rigid spacecraft have of them, and the tables."""
 
 import dataclasses
 
@@ -26,7 +26,7 @@ REFERENCE = quaternion_from_rotation_vector(np.array([0.4, -1.2, 0.8]))
 
 
 def history(scenario=FLEXIBLE, turn=None, eta=None, swing=None, rate=None, count=2):
-    """Return a rollout of craft that stand still but for what is given: arrays (T + 1, N, .), or broadcast to them."""
+    """Return a rollout of spacecraft at rest, apart from the arrays given: (T + 1, N, .), or broadcast to them."""
     modes = scenario.spacecraft.modes
 
     def table(values, width):
@@ -93,7 +93,7 @@ def test_a_steady_error_is_no_jitter_and_the_sign_of_the_quaternion_is_none():
 
 
 def test_energies_of_an_undamped_swing_are_constant():
-    """eta = A sin(f t), eta' = A f cos(f t): energy A^2 f^2 / 2 at any time, with the true f of each craft."""
+    """eta = A sin(f t), eta' = A f cos(f t): energy A^2 f^2 / 2 at any time, with the true f of each spacecraft."""
     blank = history()
     frequency = np.sqrt(blank.episodes.modes["stiffness"])
     assert np.abs(frequency / FLEXIBLE.spacecraft.appendages.frequencies - 1.0).max() > 0.02
@@ -129,7 +129,7 @@ def test_residual_energy_is_that_of_the_last_seconds():
 
 
 def test_vibration_torque_of_a_swing():
-    """Of one mode of a craft at rest: |delta| times the root mean square of C eta' + K eta."""
+    """Of one mode of a spacecraft at rest: |delta| times the root mean square of C eta' + K eta."""
     blank = history()
     modes = blank.episodes.modes
     beat, size = 2.0 * np.pi / 5.0, 0.1
@@ -140,19 +140,19 @@ def test_vibration_torque_of_a_swing():
     np.testing.assert_allclose(metric("vibration_torque", eta=eta, swing=swing), expected, rtol=1e-9)
 
 
-def test_vibration_torque_of_a_turning_craft_has_a_gyroscopic_part():
+def test_vibration_torque_of_a_turning_spacecraft_has_a_gyroscopic_part():
     blank = history()
     modes, rate, swing = blank.episodes.modes, np.array([0.3, -0.1, 0.2]), np.array([0.1, 0.2, -0.3, 0.4])
-    for craft, torque in enumerate(metric("vibration_torque", swing=swing, rate=rate)):
-        delta, damping = modes["coupling"][craft], np.diag(modes["damping"][craft])
+    for spacecraft, torque in enumerate(metric("vibration_torque", swing=swing, rate=rate)):
+        delta, damping = modes["coupling"][spacecraft], np.diag(modes["damping"][spacecraft])
         expected = delta.T @ damping @ swing - np.cross(rate, delta.T @ swing)
         assert torque == pytest.approx(np.linalg.norm(expected), rel=1e-12)
 
 
-# ------------------------------------------------------------------------------------------------------- rigid craft
+# ----------------------------------------------------------------------------------------------------- rigid spacecraft
 
 
-def test_rigid_craft_have_jitter_and_no_modes():
+def test_rigid_spacecraft_have_jitter_and_no_modes():
     metrics = episode_metrics(history(RIGID, turn=(0.01, 0.0, 0.0)))
     for name in OF_MODES:
         assert metrics[name].shape == (2,) and np.isnan(metrics[name]).all()
@@ -180,7 +180,7 @@ def evaluations():
     return found
 
 
-def test_tables_show_vibration_for_flexible_craft_only(evaluations):
+def test_tables_show_vibration_for_flexible_spacecraft_only(evaluations):
     for name, (results, _) in evaluations.items():
         rows = compare(results, "pd", np.ones(6, dtype=bool))
         shown = [metric for metric in rows[0].estimates if metric in VIBRATION]

@@ -36,15 +36,15 @@ def agent(name, seeds=3, tier="attitude", **changes):
         for k in range(seeds)
     )
     policies = tuple("nowhere/agent" for _ in range(seeds))
-    return replace(Entry(name, policies, "contestant", tier, "agent", "", cards, curves), **changes)
+    return replace(Entry(name, policies, tier, "agent", "", cards, curves), **changes)
 
 
 def baseline(law, gains="default", **changes):
     name = f"{law} tuned" if gains == "tuned" else law
-    role, tier = ("bound", "oracle") if "oracle" in law else ("contestant", "attitude")
+    tier = "oracle" if "oracle" in law else "attitude"
     command = f"python train/tune.py --baseline {law} --store"
     provenance = {"trials": 250, "episodes": 200, "command": command} if gains == "tuned" else {}
-    return replace(Entry(name, (DeferredBaseline(law, gains),), role, tier, "baseline", gains, provenance), **changes)
+    return replace(Entry(name, (DeferredBaseline(law, gains),), tier, "baseline", gains, provenance), **changes)
 
 
 PACES = {"swift": 22.0, "pd_dob tuned": 30.0, "pd": 60.0, "nftsm_oracle": 30.0}

@@ -47,7 +47,7 @@ class Predictor:
 def test_baselines(named, law, gains):
     policy = resolve(named)
     assert isinstance(policy, DeferredBaseline)
-    assert (policy.law, policy.gains, policy.tier) == (law, gains, "attitude")
+    assert (policy.name, policy.gains, policy.tier) == (law, gains, "attitude")
     assert resolve(policy) is policy
 
 

@@ -20,7 +20,7 @@ def test_a_seizure_under_two_policies_becomes_a_film(tmp_path):
         (["--scenario", "flagshop"], ["flagship_hardware"]),
     ],
 )
-def test_what_is_unknown_lists_what_is_known(tmp_path, words, expected):
+def test_errors_list_the_known_names(tmp_path, words, expected):
     done = run("play.py", *words, "--output", "film.mp4", folder=tmp_path)
     assert done.returncode == 1
     for text in expected:

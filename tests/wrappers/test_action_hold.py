@@ -45,7 +45,7 @@ def test_bad_steps(steps):
 
 @pytest.mark.parametrize("wrapper", [FaultEstimateObservation, GainScheduling, ObservationHistory, ResidualPolicy])
 def test_it_goes_outside(wrapper):
-    """What runs once per control period would miss the periods in between."""
+    """A wrapper outside of the hold would miss control periods."""
     with pytest.raises(ValueError, match="env must not hold its actions yet: ActionHold goes outside"):
         wrapper(gym.wrappers.ClipAction(ActionHold(SpacecraftFTCEnv(), 4)))
     assert ActionHold(wrapper(SpacecraftFTCEnv()), 4).reset(seed=0)[0].ndim == 1

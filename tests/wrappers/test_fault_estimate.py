@@ -1,4 +1,4 @@
-"""What the agent is told of the faults: an observer's estimate as a law has it, the truth as the oracle tier has it."""
+"""Estimates of the faults as entries of the observation."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from ftac_gym.faults import Bias, CommandDelay, FaultSchedule, GyroBiasStep, Los
 from ftac_gym.task.disturbances import Disturbance
 from ftac_gym.wrappers import FaultEstimateObservation
 
-CRAFT, WHEELS, LIMIT = 4, 4, 0.2
+COUNT, WHEELS, LIMIT = 4, 4, 0.2
 SETTINGS = {"duration": 2.0, "tumble_rate": 0.016}  # s, rad/s
 ONSET = 0.5  # s
 # Of each kind something that the truth tells.
@@ -27,7 +27,7 @@ makers = pytest.mark.parametrize("make", [SpacecraftFTCEnv, lambda **a: Spacecra
 
 
 def native(mode, **arguments):
-    return SpacecraftFTCVectorEnv(CRAFT, autoreset_mode=mode, **{**SETTINGS, **arguments})
+    return SpacecraftFTCVectorEnv(COUNT, autoreset_mode=mode, **{**SETTINGS, **arguments})
 
 
 def flown(env, twin, steps=70):
@@ -35,7 +35,7 @@ def flown(env, twin, steps=70):
     random = np.random.default_rng(0)
     yield env.reset(seed=3)[0], twin.reset(seed=3)[0], {}, {}
     for _ in range(steps):
-        action = random.uniform(-1.0, 1.0, (CRAFT, WHEELS))
+        action = random.uniform(-1.0, 1.0, (COUNT, WHEELS))
         observation, _, terminated, truncated, infos = env.step(action)
         other, *_, other_infos = twin.step(action)
         yield observation, other, infos, other_infos
@@ -66,11 +66,11 @@ def test_the_truth_is_what_the_oracle_tier_tells(mode):
     for observation, other, infos, other_infos in flown(told, oracle):
         np.testing.assert_array_equal(observation[:, faults], other[:, -18:])
         seen.append(observation[:, faults])
-        for craft in np.flatnonzero(infos.get("_final_obs", [])):
-            last = infos["final_obs"][craft]
-            np.testing.assert_array_equal(last[faults], other_infos["final_obs"][craft][-18:])
+        for spacecraft in np.flatnonzero(infos.get("_final_obs", [])):
+            last = infos["final_obs"][spacecraft]
+            np.testing.assert_array_equal(last[faults], other_infos["final_obs"][spacecraft][-18:])
             # Of the episode that has ended, not of the next.
-            assert (last[faults][[5, 10]] > 0.0).all() == (infos["final_info"]["time"][craft] >= ONSET)
+            assert (last[faults][[5, 10]] > 0.0).all() == (infos["final_info"]["time"][spacecraft] >= ONSET)
             assert told.single_observation_space.contains(last)
             finals += 1
     assert (np.ptp(np.concatenate(seen), axis=0)[[0, 5, 10, 12, 13, 14]] > 0.0).all()
@@ -80,7 +80,7 @@ def test_the_truth_is_what_the_oracle_tier_tells(mode):
 
 
 @pytest.mark.parametrize("source", [*LENGTHS, "tachometer"])
-def test_an_observer_sees_what_a_law_s_would(source):
+def test_an_observer_has_the_inputs_of_that_in_a_baseline(source):
     env = FaultEstimateObservation(SpacecraftFTCEnv(**SETTINGS), source)
     scenario, random = env.unwrapped.scenario, np.random.default_rng(1)
     size = env.unwrapped.observation_space.shape[0]
@@ -119,7 +119,7 @@ def test_bounds(source):
     assert np.count_nonzero(high == BOUND) == np.count_nonzero(low == -BOUND) == len(high) - len(high[yes_or_no])
 
 
-def test_observers_of_flexible_craft():
+def test_observers_of_flexible_spacecraft():
     env = FaultEstimateObservation(SpacecraftFTCEnv("flexible"), "fafeo")
     plain = SpacecraftFTCEnv("flexible")
     observation, size = env.reset(seed=0)[0], plain.reset(seed=0)[0].shape[0]
@@ -137,12 +137,12 @@ def test_final_observations_and_partial_resets(source):
     before = disabled.reset(seed=3)[0]
     random, checked = np.random.default_rng(0), 0
     for _ in range(60):
-        action = random.uniform(-1.0, 1.0, (CRAFT, WHEELS))
+        action = random.uniform(-1.0, 1.0, (COUNT, WHEELS))
         observation, _, terminated, truncated, infos = same.step(action)
         before, *_ = disabled.step(action)
         done = terminated | truncated
-        for craft in np.flatnonzero(done):
-            np.testing.assert_array_equal(infos["final_obs"][craft], before[craft])
+        for spacecraft in np.flatnonzero(done):
+            np.testing.assert_array_equal(infos["final_obs"][spacecraft], before[spacecraft])
             checked += 1
         after = disabled.reset(options={"reset_mask": done})[0] if done.any() else before
         np.testing.assert_array_equal(after[~done], before[~done])
@@ -195,6 +195,6 @@ def test_bad_arguments(make, arguments, message):
 def test_the_truth_of_a_vector_is_kept_only_when_asked_for():
     env = native("SameStep", duration=0.2)
     env.reset(seed=0)
-    env.step(np.zeros((CRAFT, WHEELS)))
-    env.step(np.zeros((CRAFT, WHEELS)))
+    env.step(np.zeros((COUNT, WHEELS)))
+    env.step(np.zeros((COUNT, WHEELS)))
     assert env.final_measurement.truth is None

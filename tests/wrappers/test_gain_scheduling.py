@@ -1,4 +1,4 @@
-"""Gain scheduling: zero is the base bit for bit, the ends are the ends, and every craft has its own gains."""
+"""Gain scheduling: zero is the base bit for bit, the ends are the ends, and every spacecraft has its own gains."""
 
 import itertools
 
@@ -13,7 +13,7 @@ from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
 from ftac_gym.task.initial_state import InitialState
 from ftac_gym.wrappers import GainScheduling, ObservationHistory, ResidualPolicy, schedulable_bases
 
-CRAFT, WHEELS = 4, 4
+COUNT, WHEELS = 4, 4
 SETTINGS = {"duration": 2.0, "tumble_rate": 0.016}  # s, rad/s
 MODES = [mode.value for mode in AutoresetMode]
 BASES = [name for name in schedulable_bases() if name != "pd_shaped"]
@@ -21,7 +21,7 @@ makers = pytest.mark.parametrize("make", [SpacecraftFTCEnv, lambda **a: Spacecra
 
 
 def native(mode, **arguments):
-    return SpacecraftFTCVectorEnv(CRAFT, autoreset_mode=mode, **{**SETTINGS, **arguments})
+    return SpacecraftFTCVectorEnv(COUNT, autoreset_mode=mode, **{**SETTINGS, **arguments})
 
 
 def test_names():
@@ -52,7 +52,7 @@ def test_zero_is_the_base_in_a_single_environment(name, gains):
 @pytest.mark.parametrize("mode", MODES)
 def test_zero_is_the_base_in_a_vector_environment(mode, name):
     plain, env = native(mode), GainScheduling(native(mode), name)
-    policy = baselines.make(name, plain.scenario, CRAFT).as_policy(plain)
+    policy = baselines.make(name, plain.scenario, COUNT).as_policy(plain)
     zero, ends = np.zeros(env.action_space.shape), 0
     (observation, _), (result, _) = plain.reset(seed=3), env.reset(seed=3)
     for _ in range(60):
@@ -64,8 +64,8 @@ def test_zero_is_the_base_in_a_vector_environment(mode, name):
             np.testing.assert_array_equal(mine, wanted)
         done = terminated | truncated
         ends += done.sum()
-        for craft in np.flatnonzero(infos.get("_final_obs", [])):
-            np.testing.assert_array_equal(got["final_obs"][craft], infos["final_obs"][craft])
+        for spacecraft in np.flatnonzero(infos.get("_final_obs", [])):
+            np.testing.assert_array_equal(got["final_obs"][spacecraft], infos["final_obs"][spacecraft])
         if mode == "Disabled" and done.any():  # the others have not acted on this measurement yet
             some = {"reset_mask": done}
             (observation, _), (result, _) = plain.reset(options=some), env.reset(options=some)
@@ -73,7 +73,7 @@ def test_zero_is_the_base_in_a_vector_environment(mode, name):
     assert ends >= 8
 
 
-def test_the_law_for_flexible_craft():
+def test_the_baseline_for_flexible_spacecraft():
     plain, env = SpacecraftFTCEnv("flexible"), GainScheduling(SpacecraftFTCEnv("flexible"), "pd_shaped", gains="tuned")
     policy = baselines.make("pd_shaped", plain.scenario, gains="tuned").as_policy(plain)
     result, expected = env.reset(seed=0), plain.reset(seed=0)
@@ -101,30 +101,30 @@ def test_the_action_is_geometric_within_the_range():
 
 
 @pytest.mark.parametrize("name", BASES)
-def test_scheduled_gains_are_those_of_a_law_that_is_built_with_them(name):
-    """Random gains for each craft, in flight, and all corners: no combination is refused by the law's own rules."""
+def test_scheduled_gains_are_those_of_a_baseline_built_with_them(name):
+    """Random gains for each spacecraft, in flight, and all corners: the baseline refuses no combination."""
     near = InitialState.fixed((np.cos(0.05), 0.0, np.sin(0.05), 0.0), (0.0, 0.0, 0.005))  # wheels below their limits
     env = GainScheduling(native("NextStep", duration=10.0, tumble_rate=None, initial_state=near), name)
     env.reset(seed=1)
     law, scenario, random = baselines.baseline_class(name), env.unwrapped.scenario, np.random.default_rng(0)
     count = len(env.transform.gains)
     corners = np.array(list(itertools.product((-1.0, 1.0), repeat=count)))
-    rows = np.concatenate([corners, random.uniform(-1.0, 1.0, (CRAFT, count))])
-    rows = rows[: len(rows) // CRAFT * CRAFT].reshape(-1, CRAFT, count)
-    everyone, spread = np.ones(CRAFT, dtype=bool), []
+    rows = np.concatenate([corners, random.uniform(-1.0, 1.0, (COUNT, count))])
+    rows = rows[: len(rows) // COUNT * COUNT].reshape(-1, COUNT, count)
+    all_of_them, spread = np.ones(COUNT, dtype=bool), []
     for actions in rows:
         measurement, values = env.unwrapped.measurement(), env.transform.values(actions)
         memory = env.transform.baseline.memory.copy()
         env.step(actions)
         sent = env.unwrapped.measurement().last_command
-        for craft in range(CRAFT):
-            point = dict(zip(env.transform.gains, values[craft].tolist(), strict=True))
-            built = baselines.make(name, scenario, CRAFT, **law.gains_at(point))
-            built.memory.restore(memory, everyone)
+        for spacecraft in range(COUNT):
+            point = dict(zip(env.transform.gains, values[spacecraft].tolist(), strict=True))
+            built = baselines.make(name, scenario, COUNT, **law.gains_at(point))
+            built.memory.restore(memory, all_of_them)
             expected = built.act(measurement)
-            np.testing.assert_allclose(sent[craft], expected[craft], rtol=1e-9, atol=1e-12)
+            np.testing.assert_allclose(sent[spacecraft], expected[spacecraft], rtol=1e-9, atol=1e-12)
             spread.append(np.abs(sent - expected).max())
-    assert np.median(spread) > 1e-3, "the gains of another craft are another thing"
+    assert np.median(spread) > 1e-3, "the gains of another spacecraft are another thing"
 
 
 @pytest.mark.parametrize("mode", MODES)
@@ -132,27 +132,27 @@ def test_a_vector_equals_single_environments(mode):
     """For a law with an observer; see test_stacks.py for pd_dob."""
     name = "nftsm_observer"
     vector = GainScheduling(native(mode), name)
-    singles = [GainScheduling(SpacecraftFTCEnv(**SETTINGS), name) for _ in range(CRAFT)]
+    singles = [GainScheduling(SpacecraftFTCEnv(**SETTINGS), name) for _ in range(COUNT)]
     random = np.random.default_rng(0)
-    rows = [env.reset(seed=9 + craft)[0] for craft, env in enumerate(singles)]
+    rows = [env.reset(seed=9 + spacecraft)[0] for spacecraft, env in enumerate(singles)]
     observation, _ = vector.reset(seed=9)
-    waiting, ends = np.zeros(CRAFT, dtype=bool), 0
+    waiting, ends = np.zeros(COUNT, dtype=bool), 0
     for _ in range(60):
         np.testing.assert_allclose(observation, rows, rtol=1e-6, atol=1e-6)
         actions = random.uniform(-1.0, 1.0, vector.action_space.shape)
         observation, reward, terminated, truncated, infos = vector.step(actions)
         done = terminated | truncated
-        for craft, env in enumerate(singles):
-            if waiting[craft]:
-                rows[craft], _ = env.reset()
+        for spacecraft, env in enumerate(singles):
+            if waiting[spacecraft]:
+                rows[spacecraft], _ = env.reset()
                 continue
-            rows[craft], single_reward, *ended, _ = env.step(actions[craft])
-            assert single_reward == pytest.approx(reward[craft], rel=1e-9, abs=1e-9)
-            assert [terminated[craft], truncated[craft]] == ended
-            if done[craft] and mode != "NextStep":
+            rows[spacecraft], single_reward, *ended, _ = env.step(actions[spacecraft])
+            assert single_reward == pytest.approx(reward[spacecraft], rel=1e-9, abs=1e-9)
+            assert [terminated[spacecraft], truncated[spacecraft]] == ended
+            if done[spacecraft] and mode != "NextStep":
                 if mode == "SameStep":
-                    np.testing.assert_allclose(infos["final_obs"][craft], rows[craft], rtol=1e-6, atol=1e-6)
-                rows[craft], _ = env.reset()
+                    np.testing.assert_allclose(infos["final_obs"][spacecraft], rows[spacecraft], rtol=1e-6, atol=1e-6)
+                rows[spacecraft], _ = env.reset()
         waiting = done & (mode == "NextStep")
         ends += done.sum()
         if mode == "Disabled" and done.any():
@@ -220,7 +220,7 @@ def test_foreign_environments():
 
 
 @pytest.mark.parametrize("name", BASES)
-def test_schedule_of_a_law(name):
+def test_schedule_of_a_baseline(name):
     scenario = scenarios.get("flagship")
     law, own = baselines.make(name, scenario, 2), baselines.make(name, scenario, 2)
     env = SpacecraftFTCVectorEnv(2)
@@ -242,7 +242,7 @@ def test_schedule_of_a_law(name):
         law.schedule({"mood": np.ones(2)})
 
 
-def test_the_own_share_gives_the_own_gain_to_the_bit():
+def test_the_default_share_gives_the_default_gain_to_the_bit():
     random = np.random.default_rng(0)
     limit, own = random.uniform(1.0, 9.0, 1000), random.uniform(0.1, 0.9, 1000)
     assert (own / limit * limit != own).any()  # not of itself
@@ -251,7 +251,7 @@ def test_the_own_share_gives_the_own_gain_to_the_bit():
     np.testing.assert_allclose(scheduled_share(3.0, 6.0, np.array([0.5, 0.25]), np.array([8.0, 4.0])), [4.0, 1.0])
 
 
-def test_a_law_without_schedulable_gains():
+def test_a_baseline_without_schedulable_gains():
     law = baselines.make("hsfc", scenarios.get("flagship"))
     law.schedule({})
     with pytest.raises(ValueError, match=r"scheduled gain of HSFC must be among \[\], got 'rate_gain'"):

@@ -7,7 +7,7 @@ from gymnasium.vector import AutoresetMode
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
 from ftac_gym.wrappers import ObservationHistory
 
-CRAFT, WHEELS = 4, 4
+COUNT, WHEELS = 4, 4
 SETTINGS = {"duration": 2.0, "tumble_rate": 0.016}  # s, rad/s
 MODES = [mode.value for mode in AutoresetMode]
 SHAPES = [(1, 1), (1, 7), (4, 1), (3, 2), (2, 5), (4, 10)]
@@ -15,7 +15,7 @@ makers = pytest.mark.parametrize("make", [SpacecraftFTCEnv, lambda: SpacecraftFT
 
 
 def expected(past, steps, stride):
-    """Return the history of one craft from the list of its episode's observations."""
+    """Return the history of one spacecraft from the list of its episode's observations."""
     return np.concatenate([past[max(len(past) - 1 - age * stride, 0)] for age in range(steps)])
 
 
@@ -50,26 +50,26 @@ def test_a_reset_in_the_middle_of_an_episode_forgets():
 @pytest.mark.parametrize(("steps", "stride"), SHAPES)
 @pytest.mark.parametrize("mode", MODES)
 def test_a_vector_environment(mode, steps, stride):
-    plain = SpacecraftFTCVectorEnv(CRAFT, autoreset_mode=mode, **SETTINGS)
-    env = ObservationHistory(SpacecraftFTCVectorEnv(CRAFT, autoreset_mode=mode, **SETTINGS), steps, stride)
-    random, ends, lonely = np.random.default_rng(0), 0, False
+    plain = SpacecraftFTCVectorEnv(COUNT, autoreset_mode=mode, **SETTINGS)
+    env = ObservationHistory(SpacecraftFTCVectorEnv(COUNT, autoreset_mode=mode, **SETTINGS), steps, stride)
+    random, ends, single_end = np.random.default_rng(0), 0, False
     rows, (observation, _) = plain.reset(seed=3)[0], env.reset(seed=3)
-    past, waiting = [[row] for row in rows], np.zeros(CRAFT, dtype=bool)
+    past, waiting = [[row] for row in rows], np.zeros(COUNT, dtype=bool)
     for _ in range(60):
         np.testing.assert_array_equal(observation, [expected(rows, steps, stride) for rows in past])
-        action = random.uniform(-1.0, 1.0, (CRAFT, WHEELS))
+        action = random.uniform(-1.0, 1.0, (COUNT, WHEELS))
         rows, _, terminated, truncated, plain_infos = plain.step(action)
         observation, *_, infos = env.step(action)
         done = terminated | truncated
         ends += done.sum()
-        lonely |= bool(done.any() and not done.all())
-        for craft in range(CRAFT):
-            if mode == "SameStep" and done[craft]:
-                last = expected([*past[craft], plain_infos["final_obs"][craft]], steps, stride)
-                np.testing.assert_array_equal(infos["final_obs"][craft], last)
-                assert env.single_observation_space.contains(infos["final_obs"][craft])
-            fresh = waiting[craft] or (mode == "SameStep" and done[craft])
-            past[craft] = [rows[craft]] if fresh else [*past[craft], rows[craft]]
+        single_end |= bool(done.any() and not done.all())
+        for spacecraft in range(COUNT):
+            if mode == "SameStep" and done[spacecraft]:
+                last = expected([*past[spacecraft], plain_infos["final_obs"][spacecraft]], steps, stride)
+                np.testing.assert_array_equal(infos["final_obs"][spacecraft], last)
+                assert env.single_observation_space.contains(infos["final_obs"][spacecraft])
+            fresh = waiting[spacecraft] or (mode == "SameStep" and done[spacecraft])
+            past[spacecraft] = [rows[spacecraft]] if fresh else [*past[spacecraft], rows[spacecraft]]
         waiting = done & (mode == "NextStep")
         if mode == "Disabled" and done.any():
             np.testing.assert_array_equal(observation, [expected(rows, steps, stride) for rows in past])
@@ -78,7 +78,7 @@ def test_a_vector_environment(mode, steps, stride):
                 env.reset(options={"reset_mask": done}),
             )
             past = [[row] if new else rows for row, new, rows in zip(rows, done, past, strict=True)]
-    assert ends >= 8 and lonely
+    assert ends >= 8 and single_end
 
 
 @makers

@@ -8,12 +8,12 @@ from ftac_gym.agents.agent import Agent, Interface
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.wrappers import SB3VecEnv
 
-CRAFT = 5
+COUNT = 5
 SETTINGS = {"duration": 1.2, "tumble_rate": 0.016}  # s, rad/s
 
 
 def make(hold):
-    return SB3VecEnv(SpacecraftFTCVectorEnv(CRAFT, autoreset_mode="SameStep", **SETTINGS), hold)
+    return SB3VecEnv(SpacecraftFTCVectorEnv(COUNT, autoreset_mode="SameStep", **SETTINGS), hold)
 
 
 def test_a_held_action_is_the_same_action_several_times():
@@ -24,38 +24,40 @@ def test_a_held_action_is_the_same_action_several_times():
     random = np.random.default_rng(1)
     endings = 0
     for _ in range(15):
-        action = random.uniform(-1.0, 1.0, (CRAFT, 4)).astype(np.float32)
+        action = random.uniform(-1.0, 1.0, (COUNT, 4)).astype(np.float32)
         observation, reward, done, infos = held.step(action)
-        total, over = np.zeros(CRAFT), np.zeros(CRAFT, dtype=bool)
-        last = [None] * CRAFT
+        total, over = np.zeros(COUNT), np.zeros(COUNT, dtype=bool)
+        last = [None] * COUNT
         for _ in range(4):
             fine_observation, fine_reward, fine_done, fine_infos = plain.step(np.where(over[:, None], 0.0, action))
             total += np.where(over, 0.0, fine_reward)
-            for craft in np.flatnonzero(fine_done & ~over):
-                last[craft] = fine_infos[craft]
+            for spacecraft in np.flatnonzero(fine_done & ~over):
+                last[spacecraft] = fine_infos[spacecraft]
             over |= fine_done
         np.testing.assert_array_equal(observation, fine_observation)
         np.testing.assert_allclose(reward, total, rtol=1e-5, atol=1e-6)
         np.testing.assert_array_equal(done, over)
-        for craft in np.flatnonzero(done):
+        for spacecraft in np.flatnonzero(done):
             endings += 1
-            np.testing.assert_array_equal(infos[craft]["terminal_observation"], last[craft]["terminal_observation"])
-            assert infos[craft]["TimeLimit.truncated"] is last[craft]["TimeLimit.truncated"]
-            assert infos[craft]["time"] == last[craft]["time"]
+            np.testing.assert_array_equal(
+                infos[spacecraft]["terminal_observation"], last[spacecraft]["terminal_observation"]
+            )
+            assert infos[spacecraft]["TimeLimit.truncated"] is last[spacecraft]["TimeLimit.truncated"]
+            assert infos[spacecraft]["time"] == last[spacecraft]["time"]
         assert all(not info for info, ended in zip(infos, done, strict=True) if not ended)
-    assert endings > CRAFT
+    assert endings > COUNT
 
 
 def test_episode_lengths_count_control_periods():
-    env = SB3VecEnv(SpacecraftFTCVectorEnv(CRAFT, autoreset_mode="SameStep", duration=1.2, tumble_rate=None), 4)
+    env = SB3VecEnv(SpacecraftFTCVectorEnv(COUNT, autoreset_mode="SameStep", duration=1.2, tumble_rate=None), 4)
     env.seed(0)
     env.reset()
-    returns = np.zeros(CRAFT)
+    returns = np.zeros(COUNT)
     for _ in range(3):
-        _, reward, done, infos = env.step(np.zeros((CRAFT, 4), dtype=np.float32))
+        _, reward, done, infos = env.step(np.zeros((COUNT, 4), dtype=np.float32))
         returns += reward
     assert done.all()
-    assert [info["episode"]["l"] for info in infos] == [12] * CRAFT
+    assert [info["episode"]["l"] for info in infos] == [12] * COUNT
     np.testing.assert_allclose([info["episode"]["r"] for info in infos], returns, rtol=1e-5)
 
 
@@ -86,7 +88,7 @@ def test_an_agent_decides_once_per_hold_and_at_every_start():
     for step in range(9):
         action, state = agent.predict(np.zeros((2, 5)), state, start)
         decided.append(action[:, 0].tolist())
-        start = np.array([False, step == 3])  # the second craft starts anew at step 4
+        start = np.array([False, step == 3])  # the second spacecraft starts anew at step 4
     first, second = np.array(decided).T
     assert first.tolist() == [1, 1, 1, 2, 2, 2, 4, 4, 4]
     assert second.tolist() == [1, 1, 1, 2, 3, 3, 3, 5, 5]

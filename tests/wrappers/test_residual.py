@@ -13,8 +13,8 @@ from ftac_gym.task.initial_state import InitialState
 from ftac_gym.wrappers import ResidualPolicy
 from ftac_gym.wrappers.residual import Residual
 
-CRAFT, WHEELS = 4, 4
-# Craft tumble at different times, under the base too, because their rates are large and random.
+COUNT, WHEELS = 4, 4
+# Spacecraft tumble at different times, under the base too, because their rates are large and random.
 SETTINGS = {"duration": 2.0, "tumble_rate": 0.016}  # s, rad/s
 MODES = [mode.value for mode in AutoresetMode]
 NAMES = {
@@ -24,7 +24,7 @@ NAMES = {
 
 
 def native(mode, **arguments):
-    return SpacecraftFTCVectorEnv(CRAFT, autoreset_mode=mode, **{**SETTINGS, **arguments})
+    return SpacecraftFTCVectorEnv(COUNT, autoreset_mode=mode, **{**SETTINGS, **arguments})
 
 
 @pytest.mark.parametrize(
@@ -52,61 +52,61 @@ def test_zero_residual_is_the_base_in_a_single_environment(environment_id, name)
 @pytest.mark.parametrize("mode", MODES)
 def test_zero_residual_is_the_base_in_a_vector_environment(mode, name):
     plain, wrapped = native(mode), ResidualPolicy(native(mode), base=name)
-    policy = baselines.make(name, plain.scenario, CRAFT).as_policy(plain)
-    ends, lonely = np.zeros(CRAFT, dtype=int), False
+    policy = baselines.make(name, plain.scenario, COUNT).as_policy(plain)
+    ends, single_end = np.zeros(COUNT, dtype=int), False
     (observation, _), (result, _) = plain.reset(seed=3), wrapped.reset(seed=3)
     for _ in range(110):
         action, _ = policy.predict(observation)
         np.testing.assert_array_equal(result[:, :-WHEELS], observation)
         np.testing.assert_array_equal(result[:, -WHEELS:], action.astype(np.float32))
         observation, reward, terminated, truncated, _ = plain.step(action)
-        result, *others, infos = wrapped.step(np.zeros((CRAFT, WHEELS)))
+        result, *others, infos = wrapped.step(np.zeros((COUNT, WHEELS)))
         for got, wanted in zip(others, (reward, terminated, truncated), strict=True):
             np.testing.assert_array_equal(got, wanted)
         done = terminated | truncated
         assert ("final_obs" in infos) == bool(mode == "SameStep" and done.any())
         ends += done
-        lonely |= bool(done.any() and not done.all())
+        single_end |= bool(done.any() and not done.all())
         if mode == "Disabled" and done.any():  # partial resets: see test_a_vector_equals_single_environments
-            everyone = {"reset_mask": np.ones(CRAFT, dtype=bool)}
-            (observation, _), (result, _) = plain.reset(options=everyone), wrapped.reset(options=everyone)
+            all_of_them = {"reset_mask": np.ones(COUNT, dtype=bool)}
+            (observation, _), (result, _) = plain.reset(options=all_of_them), wrapped.reset(options=all_of_them)
     assert ends.min() >= 3 or mode == "Disabled"
-    # The law as Ma et al. print it brakes every craft, so that none tumbles: all end together.
-    assert ends.sum() >= 5 and lonely == (name != "hsfc")
+    # The law as Ma et al. print it brakes every spacecraft, so that none tumbles: all end together.
+    assert ends.sum() >= 5 and single_end == (name != "hsfc")
 
 
 @pytest.mark.parametrize("profile", [{}, {"authority_angle": 2.5, "authority_floor": 0.2}], ids=["constant", "falling"])
 @pytest.mark.parametrize("mode", MODES)
 def test_a_vector_equals_single_environments(mode, profile):
-    """With residuals, and in disabled mode with partial resets: every craft is the single environment."""
+    """With residuals, and in disabled mode with partial resets: every spacecraft is the single environment."""
     vector = ResidualPolicy(native(mode, observation="telemetry"), authority=0.4)
     singles = [
-        ResidualPolicy(SpacecraftFTCEnv(**SETTINGS, observation="telemetry"), authority=0.4) for _ in range(CRAFT)
+        ResidualPolicy(SpacecraftFTCEnv(**SETTINGS, observation="telemetry"), authority=0.4) for _ in range(COUNT)
     ]
     random = np.random.default_rng(0)
-    rows = [env.reset(seed=9 + craft)[0] for craft, env in enumerate(singles)]
+    rows = [env.reset(seed=9 + spacecraft)[0] for spacecraft, env in enumerate(singles)]
     observation, _ = vector.reset(seed=9)
-    waiting, ends = np.zeros(CRAFT, dtype=bool), np.zeros(CRAFT, dtype=int)
+    waiting, ends = np.zeros(COUNT, dtype=bool), np.zeros(COUNT, dtype=int)
     for _ in range(120):
         np.testing.assert_allclose(observation, rows, rtol=1e-6, atol=1e-6)
-        residual = random.uniform(-1.0, 1.0, (CRAFT, WHEELS))
+        residual = random.uniform(-1.0, 1.0, (COUNT, WHEELS))
         observation, reward, terminated, truncated, infos = vector.step(residual)
-        for craft, env in enumerate(singles):
-            if waiting[craft]:
-                rows[craft], _ = env.reset()
-                waiting[craft] = False
+        for spacecraft, env in enumerate(singles):
+            if waiting[spacecraft]:
+                rows[spacecraft], _ = env.reset()
+                waiting[spacecraft] = False
                 continue
-            rows[craft], single_reward, *ended, _ = env.step(residual[craft])
-            assert single_reward == pytest.approx(reward[craft], rel=1e-9, abs=1e-9)
-            assert [terminated[craft], truncated[craft]] == ended
+            rows[spacecraft], single_reward, *ended, _ = env.step(residual[spacecraft])
+            assert single_reward == pytest.approx(reward[spacecraft], rel=1e-9, abs=1e-9)
+            assert [terminated[spacecraft], truncated[spacecraft]] == ended
             if any(ended):
-                ends[craft] += 1
+                ends[spacecraft] += 1
                 if mode == "SameStep":
-                    np.testing.assert_allclose(infos["final_obs"][craft], rows[craft], rtol=1e-6, atol=1e-6)
+                    np.testing.assert_allclose(infos["final_obs"][spacecraft], rows[spacecraft], rtol=1e-6, atol=1e-6)
                 if mode == "NextStep":
-                    waiting[craft] = True
+                    waiting[spacecraft] = True
                 else:
-                    rows[craft], _ = env.reset()
+                    rows[spacecraft], _ = env.reset()
         done = terminated | truncated
         if mode == "Disabled" and done.any():
             before = observation
@@ -122,15 +122,15 @@ def test_final_observation_carries_the_base_action_of_the_final_measurement():
     random = np.random.default_rng(0)
     checked = 0
     for _ in range(100):
-        residual = random.uniform(-1.0, 1.0, (CRAFT, WHEELS))
+        residual = random.uniform(-1.0, 1.0, (COUNT, WHEELS))
         observation, _, terminated, truncated, infos = same.step(residual)
         expected, *_ = disabled.step(residual)
         done = terminated | truncated
-        for craft in np.flatnonzero(done):
-            assert infos["final_obs"][craft].shape == same.single_observation_space.shape
-            assert infos["final_obs"][craft].dtype == np.float32
-            np.testing.assert_array_equal(infos["final_obs"][craft], expected[craft])
-            assert same.single_observation_space.contains(infos["final_obs"][craft])
+        for spacecraft in np.flatnonzero(done):
+            assert infos["final_obs"][spacecraft].shape == same.single_observation_space.shape
+            assert infos["final_obs"][spacecraft].dtype == np.float32
+            np.testing.assert_array_equal(infos["final_obs"][spacecraft], expected[spacecraft])
+            assert same.single_observation_space.contains(infos["final_obs"][spacecraft])
             checked += 1
         if done.any():
             expected, _ = disabled.reset(options={"reset_mask": done})
@@ -140,14 +140,14 @@ def test_final_observation_carries_the_base_action_of_the_final_measurement():
 
 @pytest.mark.parametrize("authority", [0.25, 2.0])
 def test_the_action_sent_on(authority):
-    wrapped, plain = (SpacecraftFTCVectorEnv(CRAFT, autoreset_mode="Disabled") for _ in range(2))
+    wrapped, plain = (SpacecraftFTCVectorEnv(COUNT, autoreset_mode="Disabled") for _ in range(2))
     wrapped = ResidualPolicy(wrapped, base="pd", authority=authority)
     observation, _ = wrapped.reset(seed=0)
     plain.reset(seed=0)
     random = np.random.default_rng(0)
     limited = 0
     for _ in range(20):
-        residual = random.uniform(-1.0, 1.0, (CRAFT, WHEELS))
+        residual = random.uniform(-1.0, 1.0, (COUNT, WHEELS))
         action = np.clip(wrapped.transform.base_action + authority * residual, -1.0, 1.0)
         np.testing.assert_array_equal(observation[:, -WHEELS:], wrapped.transform.base_action.astype(np.float32))
         limited += (np.abs(action) == 1.0).sum()
@@ -175,14 +175,14 @@ def test_authority_near_the_target(angle, share):
 def test_spaces():
     inner = gym.make("SpacecraftFTC-v0")
     wrapped, vector = ResidualPolicy(inner), ResidualPolicy(native("SameStep"))
-    assert isinstance(vector, VectorEnv) and isinstance(vector.transform, Residual) and vector.num_envs == CRAFT
+    assert isinstance(vector, VectorEnv) and isinstance(vector.transform, Residual) and vector.num_envs == COUNT
     assert wrapped.action_space == inner.action_space == vector.single_action_space
     size = inner.observation_space.shape[0]
     assert wrapped.observation_space.shape == (size + WHEELS,)
     np.testing.assert_array_equal(wrapped.observation_space.high[-WHEELS:], 1.0)
     np.testing.assert_array_equal(wrapped.observation_space.low[:size], inner.observation_space.low)
     assert vector.single_observation_space == wrapped.observation_space
-    assert vector.observation_space.shape == (CRAFT, size + WHEELS)
+    assert vector.observation_space.shape == (COUNT, size + WHEELS)
     assert vector.observation_space.contains(vector.reset(seed=0)[0])
 
 
@@ -227,10 +227,10 @@ def test_bad_residuals(make):
 
 
 @pytest.mark.parametrize("base", [CustomBaseline, "helpers.custom_baseline:CustomBaseline"])
-def test_zero_residual_on_an_own_law_is_that_law(base):
+def test_zero_residual_on_a_custom_base_is_that_base(base):
     env = native("SameStep")
     wrapped = ResidualPolicy(native("SameStep"), base=base, damping=3.0)
-    policy = baselines.make(CustomBaseline, env.batch.scenario, CRAFT, damping=3.0).as_policy(env)
+    policy = baselines.make(CustomBaseline, env.batch.scenario, COUNT, damping=3.0).as_policy(env)
     expected, _ = env.reset(seed=3)
     result, _ = wrapped.reset(seed=3)
     ends = 0
@@ -238,12 +238,12 @@ def test_zero_residual_on_an_own_law_is_that_law(base):
         action, _ = policy.predict(expected)
         np.testing.assert_array_equal(result[:, -WHEELS:], action.astype(np.float32))
         expected, _, terminated, truncated, _ = env.step(action)
-        result, *_ = wrapped.step(np.zeros((CRAFT, WHEELS)))
+        result, *_ = wrapped.step(np.zeros((COUNT, WHEELS)))
         np.testing.assert_array_equal(result[:, :-WHEELS], expected)
         ends += int((terminated | truncated).sum())
-    assert ends > CRAFT  # its memory starts anew, craft by craft
+    assert ends > COUNT  # its memory starts anew, spacecraft by spacecraft
 
 
-def test_an_own_oracle_is_no_base():
+def test_a_custom_oracle_is_no_base():
     with pytest.raises(ValueError, match="base must not be an oracle"):
         ResidualPolicy(native("SameStep"), base=CustomOracle)

@@ -12,11 +12,11 @@ from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
 from ftac_gym.task.scenario import SuccessCriterion
 from ftac_gym.wrappers import ResidualPolicy, SB3VecEnv
 
-CRAFT = 6
+COUNT = 6
 SETTINGS = {"duration": 1.2, "tumble_rate": 0.016}  # s, rad/s
 
 
-def make(residual=False, count=CRAFT, **arguments):
+def make(residual=False, count=COUNT, **arguments):
     env = SpacecraftFTCVectorEnv(count, autoreset_mode="SameStep", **{**SETTINGS, **arguments})
     return SB3VecEnv(ResidualPolicy(env) if residual else env)
 
@@ -24,39 +24,39 @@ def make(residual=False, count=CRAFT, **arguments):
 @pytest.mark.parametrize("residual", [False, True])
 def test_against_single_environments(residual):
     env = make(residual)
-    singles = [SpacecraftFTCEnv(**SETTINGS) for _ in range(CRAFT)]
+    singles = [SpacecraftFTCEnv(**SETTINGS) for _ in range(COUNT)]
     singles = [ResidualPolicy(single) for single in singles] if residual else singles
     env.seed(40)
     observation = env.reset()
-    rows = [single.reset(seed=40 + craft)[0] for craft, single in enumerate(singles)]
-    returns, lengths = np.zeros(CRAFT), np.zeros(CRAFT, dtype=int)
+    rows = [single.reset(seed=40 + spacecraft)[0] for spacecraft, single in enumerate(singles)]
+    returns, lengths = np.zeros(COUNT), np.zeros(COUNT, dtype=int)
     random = np.random.default_rng(0)
     cases = set()
     for _ in range(60):
         np.testing.assert_allclose(observation, rows, rtol=1e-6, atol=1e-6)
-        actions = random.uniform(-1.0, 1.0, (CRAFT, 4)).astype(np.float32)
+        actions = random.uniform(-1.0, 1.0, (COUNT, 4)).astype(np.float32)
         observation, reward, done, infos = env.step(actions)
         assert observation.dtype == reward.dtype == np.float32 and done.dtype == np.bool_
-        assert len(infos) == CRAFT
-        for craft, single in enumerate(singles):
-            rows[craft], single_reward, terminated, truncated, info = single.step(actions[craft])
-            assert reward[craft] == pytest.approx(single_reward, rel=1e-5, abs=1e-6)
-            assert done[craft] == (terminated or truncated)
-            returns[craft] += single_reward
-            lengths[craft] += 1
-            if not done[craft]:
+        assert len(infos) == COUNT
+        for spacecraft, single in enumerate(singles):
+            rows[spacecraft], single_reward, terminated, truncated, info = single.step(actions[spacecraft])
+            assert reward[spacecraft] == pytest.approx(single_reward, rel=1e-5, abs=1e-6)
+            assert done[spacecraft] == (terminated or truncated)
+            returns[spacecraft] += single_reward
+            lengths[spacecraft] += 1
+            if not done[spacecraft]:
                 continue
-            got = infos[craft]
-            np.testing.assert_allclose(got["terminal_observation"], rows[craft], rtol=1e-6, atol=1e-6)
+            got = infos[spacecraft]
+            np.testing.assert_allclose(got["terminal_observation"], rows[spacecraft], rtol=1e-6, atol=1e-6)
             assert got["TimeLimit.truncated"] is (truncated and not terminated)
-            assert got["episode"]["r"] == pytest.approx(returns[craft], rel=1e-6, abs=1e-6)
-            assert got["episode"]["l"] == lengths[craft]
+            assert got["episode"]["r"] == pytest.approx(returns[spacecraft], rel=1e-6, abs=1e-6)
+            assert got["episode"]["l"] == lengths[spacecraft]
             for name, value in info.items():
                 assert type(got[name]) is type(value), name
                 assert got[name] == pytest.approx(value, rel=1e-6, abs=1e-9), name
             cases.add((terminated, truncated))
-            returns[craft], lengths[craft] = 0.0, 0
-            rows[craft], _ = single.reset()
+            returns[spacecraft], lengths[spacecraft] = 0.0, 0
+            rows[spacecraft], _ = single.reset()
     assert {(True, False), (False, True)} <= cases
 
 
@@ -102,12 +102,12 @@ def test_seeds():
 
 def test_options():
     env = make()
-    drawn = SpacecraftFTCEnv(**SETTINGS).scenario.draw(3, CRAFT)
+    drawn = SpacecraftFTCEnv(**SETTINGS).scenario.draw(3, COUNT)
     env.set_options({"episodes": drawn})
     observation = env.reset()
     single = SpacecraftFTCEnv(**SETTINGS)
-    for craft in range(CRAFT):
-        np.testing.assert_array_equal(observation[craft], single.reset(options={"episodes": drawn[craft]})[0])
+    for spacecraft in range(COUNT):
+        np.testing.assert_array_equal(observation[spacecraft], single.reset(options={"episodes": drawn[spacecraft]})[0])
     assert (env.reset() != observation).any(axis=1).all()  # options are used once
 
 
@@ -115,20 +115,20 @@ def test_attributes_and_methods():
     env = make(residual=True)
     env.seed(0)
     env.reset()
-    assert isinstance(env, VecEnv) and env.num_envs == CRAFT
-    assert env.get_attr("scenario") == [env.env.unwrapped.scenario] * CRAFT
+    assert isinstance(env, VecEnv) and env.num_envs == COUNT
+    assert env.get_attr("scenario") == [env.env.unwrapped.scenario] * COUNT
     assert env.get_attr("scenario", indices=[0, 2]) == [env.env.unwrapped.scenario] * 2
     assert len(env.get_attr("render_mode", indices=1)) == 1
     measured = env.env_method("measurement", indices=[1, 4])
     assert len(measured) == 2
     np.testing.assert_array_equal(measured[0].attitude, env.measurement().attitude)
     env.set_attr("note", "hello")
-    assert env.get_attr("note") == ["hello"] * CRAFT
+    assert env.get_attr("note") == ["hello"] * COUNT
     with pytest.raises(ValueError, match="indices must be None: the spacecraft share their attributes"):
         env.set_attr("note", "bye", indices=[1])
     with pytest.raises(AttributeError):
         env.get_attr("no_such_attribute")
-    assert env.env_is_wrapped(Monitor) == [True] * CRAFT
+    assert env.env_is_wrapped(Monitor) == [True] * COUNT
     assert env.env_is_wrapped(gym.wrappers.TimeLimit, indices=[0]) == [False]
     env.close()
 
@@ -140,8 +140,8 @@ def test_the_returned_observation_is_the_callers():
     observation, expected = env.reset(), twin.reset()
     for _ in range(30):
         observation[:] = 5.0
-        observation, reward, *_ = env.step(np.full((CRAFT, 4), 0.5))
-        expected, wanted, *_ = twin.step(np.full((CRAFT, 4), 0.5))
+        observation, reward, *_ = env.step(np.full((COUNT, 4), 0.5))
+        expected, wanted, *_ = twin.step(np.full((COUNT, 4), 0.5))
         np.testing.assert_array_equal(observation, expected)
         np.testing.assert_array_equal(reward, wanted)
 
@@ -164,14 +164,16 @@ def test_agrees_with_the_monitor_of_stable_baselines():
         env.reset()
     seen = 0
     for _ in range(40):
-        actions = np.full((CRAFT, 4), 0.7, dtype=np.float32)
+        actions = np.full((COUNT, 4), 0.7, dtype=np.float32)
         *_, done, infos = plain.step(actions)
         *_, others = monitored.step(actions)
-        for craft in np.flatnonzero(done):
+        for spacecraft in np.flatnonzero(done):
             for key in ("r", "l"):
-                assert infos[craft]["episode"][key] == pytest.approx(others[craft]["episode"][key], rel=1e-4, abs=1e-4)
+                assert infos[spacecraft]["episode"][key] == pytest.approx(
+                    others[spacecraft]["episode"][key], rel=1e-4, abs=1e-4
+                )
             seen += 1
-    assert seen > CRAFT
+    assert seen > COUNT
 
 
 @pytest.mark.parametrize("residual", [False, True])

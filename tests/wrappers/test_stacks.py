@@ -23,7 +23,7 @@ from ftac_gym.wrappers import (
     SB3VecEnv,
 )
 
-CRAFT = 4
+COUNT = 4
 SETTINGS = {"duration": 2.0, "tumble_rate": 0.016}  # s, rad/s
 MODES = [mode.value for mode in AutoresetMode]
 RESIDUAL = (
@@ -58,7 +58,7 @@ def wrapped(env, stack):
 
 
 def native(mode, stack):
-    return wrapped(SpacecraftFTCVectorEnv(CRAFT, autoreset_mode=mode, **SETTINGS), stack)
+    return wrapped(SpacecraftFTCVectorEnv(COUNT, autoreset_mode=mode, **SETTINGS), stack)
 
 
 def close(got, expected):
@@ -68,13 +68,13 @@ def close(got, expected):
 @every
 @pytest.mark.parametrize("mode", MODES)
 def test_a_vector_equals_single_environments(mode, stack):
-    vector, singles = native(mode, stack), [wrapped(SpacecraftFTCEnv(**SETTINGS), stack) for _ in range(CRAFT)]
+    vector, singles = native(mode, stack), [wrapped(SpacecraftFTCEnv(**SETTINGS), stack) for _ in range(COUNT)]
     assert vector.single_observation_space == singles[0].observation_space
     assert vector.single_action_space == singles[0].action_space
     random = np.random.default_rng(0)
-    rows = [env.reset(seed=9 + craft)[0] for craft, env in enumerate(singles)]
+    rows = [env.reset(seed=9 + spacecraft)[0] for spacecraft, env in enumerate(singles)]
     observation, _ = vector.reset(seed=9)
-    waiting, ends, lonely = np.zeros(CRAFT, dtype=bool), np.zeros(CRAFT, dtype=int), False
+    waiting, ends, single_end = np.zeros(COUNT, dtype=bool), np.zeros(COUNT, dtype=int), False
     for _ in range(65):
         close(observation, rows)
         assert vector.observation_space.contains(observation)
@@ -82,54 +82,54 @@ def test_a_vector_equals_single_environments(mode, stack):
         observation, reward, terminated, truncated, infos = vector.step(actions)
         done = terminated | truncated
         assert ("final_obs" in infos) == bool(mode == "SameStep" and done.any())
-        for craft, env in enumerate(singles):
-            if waiting[craft]:
-                rows[craft], _ = env.reset()
+        for spacecraft, env in enumerate(singles):
+            if waiting[spacecraft]:
+                rows[spacecraft], _ = env.reset()
                 continue
-            rows[craft], single_reward, *ended, _ = env.step(actions[craft])
-            assert single_reward == pytest.approx(reward[craft], rel=1e-9, abs=1e-9)
-            assert [terminated[craft], truncated[craft]] == ended
-            if done[craft] and mode == "SameStep":
-                close(infos["final_obs"][craft], rows[craft])
-                assert vector.single_observation_space.contains(infos["final_obs"][craft])
-            if done[craft] and mode != "NextStep":
-                rows[craft], _ = env.reset()
+            rows[spacecraft], single_reward, *ended, _ = env.step(actions[spacecraft])
+            assert single_reward == pytest.approx(reward[spacecraft], rel=1e-9, abs=1e-9)
+            assert [terminated[spacecraft], truncated[spacecraft]] == ended
+            if done[spacecraft] and mode == "SameStep":
+                close(infos["final_obs"][spacecraft], rows[spacecraft])
+                assert vector.single_observation_space.contains(infos["final_obs"][spacecraft])
+            if done[spacecraft] and mode != "NextStep":
+                rows[spacecraft], _ = env.reset()
         waiting = done & (mode == "NextStep")
         ends += done
-        lonely |= bool(done.any() and not done.all())
+        single_end |= bool(done.any() and not done.all())
         if mode == "Disabled" and done.any():
             before = observation
             observation, _ = vector.reset(options={"reset_mask": done})
             np.testing.assert_array_equal(observation[~done], before[~done])
-    assert ends.min() >= 2 and lonely
+    assert ends.min() >= 2 and single_end
 
 
 @some
 @pytest.mark.parametrize("hold", [1, 3])
 def test_the_adapter_on_top(stack, hold):
     env = SB3VecEnv(native("SameStep", stack), hold)
-    singles = [ActionHold(wrapped(SpacecraftFTCEnv(**SETTINGS), stack), hold) for _ in range(CRAFT)]
+    singles = [ActionHold(wrapped(SpacecraftFTCEnv(**SETTINGS), stack), hold) for _ in range(COUNT)]
     env.seed(40)
-    close(env.reset(), [single.reset(seed=40 + craft)[0] for craft, single in enumerate(singles)])
+    close(env.reset(), [single.reset(seed=40 + spacecraft)[0] for spacecraft, single in enumerate(singles)])
     random, ends = np.random.default_rng(0), 0
-    fresh = np.ones(CRAFT, dtype=bool)  # with a hold, the adapter's craft fly on from a reset to the end of it
+    fresh = np.ones(COUNT, dtype=bool)  # with a hold, the adapter's spacecraft fly on from a reset to the end of it
     for _ in range(60 // hold):
-        actions = random.uniform(-1.0, 1.0, (CRAFT, *env.action_space.shape)).astype(np.float32)
+        actions = random.uniform(-1.0, 1.0, (COUNT, *env.action_space.shape)).astype(np.float32)
         observation, reward, done, infos = env.step(actions)
-        for craft, single in enumerate(singles):
-            if not fresh[craft]:
+        for spacecraft, single in enumerate(singles):
+            if not fresh[spacecraft]:
                 continue
-            row, single_reward, *ended, info = single.step(actions[craft])
-            assert reward[craft] == pytest.approx(single_reward, rel=1e-5, abs=1e-6)
-            assert done[craft] == any(ended)
-            close(infos[craft]["terminal_observation"] if done[craft] else observation[craft], row)
-            if done[craft]:
+            row, single_reward, *ended, info = single.step(actions[spacecraft])
+            assert reward[spacecraft] == pytest.approx(single_reward, rel=1e-5, abs=1e-6)
+            assert done[spacecraft] == any(ended)
+            close(infos[spacecraft]["terminal_observation"] if done[spacecraft] else observation[spacecraft], row)
+            if done[spacecraft]:
                 ends += 1
-                assert infos[craft]["time"] == pytest.approx(info["time"])
-                fresh[craft] = hold == 1
-                if fresh[craft]:
-                    close(observation[craft], single.reset()[0])
-    assert ends >= CRAFT
+                assert infos[spacecraft]["time"] == pytest.approx(info["time"])
+                fresh[spacecraft] = hold == 1
+                if fresh[spacecraft]:
+                    close(observation[spacecraft], single.reset()[0])
+    assert ends >= COUNT
 
 
 def test_training():

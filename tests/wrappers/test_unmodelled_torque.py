@@ -72,7 +72,7 @@ def test_a_vector_equals_single_environments(mode):
     singles = [ResidualPolicy(gym.make("SpacecraftFTC-v0", scenario=scenario), **OPENING) for _ in range(3)]
     rng = np.random.default_rng(0)
     observation, _ = vector.reset(seed=7)
-    rows = [env.reset(seed=7 + craft)[0] for craft, env in enumerate(singles)]
+    rows = [env.reset(seed=7 + spacecraft)[0] for spacecraft, env in enumerate(singles)]
     waiting, ends = np.zeros(3, dtype=bool), np.zeros(3, dtype=int)
     for _ in range(90):
         np.testing.assert_allclose(observation, rows, rtol=0, atol=1e-6)
@@ -81,13 +81,13 @@ def test_a_vector_equals_single_environments(mode):
         done = terminated | truncated
         if mode == "Disabled" and done.any():
             observation, _ = vector.reset(options={"reset_mask": done})
-        for craft, env in enumerate(singles):
-            if mode == "NextStep" and waiting[craft]:
-                rows[craft] = env.reset()[0]
+        for spacecraft, env in enumerate(singles):
+            if mode == "NextStep" and waiting[spacecraft]:
+                rows[spacecraft] = env.reset()[0]
                 continue
-            rows[craft], _, ended, cut, _ = env.step(action[craft])
+            rows[spacecraft], _, ended, cut, _ = env.step(action[spacecraft])
             if (ended or cut) and mode != "NextStep":
-                rows[craft] = env.reset()[0]
+                rows[spacecraft] = env.reset()[0]
         waiting, ends = done, ends + done
     assert ends.min() >= 2
 
