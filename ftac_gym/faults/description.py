@@ -1,7 +1,5 @@
 """Descriptions of faults as text, for people who look at an episode."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

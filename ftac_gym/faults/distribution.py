@@ -1,7 +1,5 @@
 """Random faults: their number, their kinds and their wheels."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

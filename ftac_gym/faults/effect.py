@@ -4,8 +4,6 @@ The compiled plant evaluates the same tables in :mod:`ftac_gym.dynamics.fault_si
 to each other.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Time profiles and magnitudes, the parts that all fault kinds share."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Mapping

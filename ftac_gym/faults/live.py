@@ -3,8 +3,6 @@
 The tables that result are those of an episode that had these faults from the start: it replays.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ftac_gym.faults.fault import UNIFORMS_PER_FAULT, Fault, WheelFault

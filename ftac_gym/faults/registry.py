@@ -1,7 +1,5 @@
 """Registered fault kinds, and the registration of custom ones."""
 
-from __future__ import annotations
-
 from typing import Any, TypeVar
 
 from ftac_gym.faults import sensor_faults, wheel_faults

@@ -1,7 +1,5 @@
 """Scheduled faults: the same ones in every episode."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Fault kinds of star tracker and gyros."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import ClassVar

@@ -1,7 +1,5 @@
 """Faults as short text, for command lines: ``seizure:2@15``."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 from math import radians

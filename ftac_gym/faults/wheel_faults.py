@@ -1,7 +1,5 @@
 """Fault kinds of reaction wheels."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """The library of scenarios, by name."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from ftac_gym.scenarios import (
@@ -25,7 +23,7 @@ _BUILDERS: dict[str, Callable[[], Scenario]] = {
     name: entry
     for module in (cao_2022, chen_2018, flagship, flexible, li_2023, ma_2023, shen_2019, splits, zhang_zhou_2019)
     for name, entry in vars(module).items()
-    if getattr(entry, "__annotations__", {}).get("return") == "Scenario" and entry.__module__ == module.__name__
+    if getattr(entry, "__annotations__", {}).get("return") is Scenario and entry.__module__ == module.__name__
 }
 """All functions of these modules that return a scenario."""
 

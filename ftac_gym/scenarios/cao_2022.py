@@ -13,8 +13,6 @@ The paper leaves these open, and they are chosen here:
 All other numbers are the authors'.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -6,8 +6,6 @@ torque is needed. Loss of effectiveness occurs too, but more rarely. Faults are 
 recovering, steady or intermittent. :mod:`ftac_gym.scenarios.splits` holds the other splits.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -7,8 +7,6 @@ coupling of each spacecraft differ from the nominal ones. The numbers are ours; 
 Li et al. 2023.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from ftac_gym.scenarios.flagship import flagship

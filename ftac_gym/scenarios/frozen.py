@@ -5,8 +5,6 @@ them, and their digest. ``python -m ftac_gym.scenarios.frozen`` writes the file 
 incomparable.
 """
 
-from __future__ import annotations
-
 import json
 from importlib import resources
 from pathlib import Path

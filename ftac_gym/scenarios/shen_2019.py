@@ -11,8 +11,6 @@ The paper leaves these open, and they are chosen here:
 All other numbers are the authors'.
 """
 
-from __future__ import annotations
-
 import math
 
 from ftac_gym.faults import Bias, FaultSchedule, LossOfEffectiveness

@@ -1,7 +1,5 @@
 """The other splits of the flagship: the same task, each with a difference that training does not have."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from ftac_gym.faults import (

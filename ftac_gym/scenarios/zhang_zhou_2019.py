@@ -14,8 +14,6 @@ The torques below are those of the most loaded wheel when a reference is followe
 inertia and the allocation that keeps this torque as small as possible (:func:`peak_wheel_torque`).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ftac_gym.attitude import quaternion_from_mrp

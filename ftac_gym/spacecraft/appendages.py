@@ -1,7 +1,5 @@
 """Flexible appendages: panels and booms as vibration modes that are clamped to the body."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

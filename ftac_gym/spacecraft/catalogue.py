@@ -4,8 +4,6 @@ What no source gives is left off (None) rather than guessed; the breakaway speed
 :class:`~ftac_gym.spacecraft.friction.Friction`, and the spin inertia follows from momentum and speed.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

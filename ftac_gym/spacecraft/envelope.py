@@ -4,8 +4,6 @@ Both are zonotopes, sum_j [-r_j, r_j] D[:, j]. A vector t lies inside one exactl
 |n.t| <= sum_j r_j |n.D[:, j]| for the normal n of every pair of wheel axes.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import combinations

@@ -1,7 +1,5 @@
 """Bearing friction of a reaction wheel."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -17,8 +17,6 @@ pyramid of four, 54.7 deg  1.155    0.577
 =========================  =======  ================
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

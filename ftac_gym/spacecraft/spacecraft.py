@@ -1,7 +1,5 @@
 """Nominal parameters of the spacecraft, those available to a designer before launch."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Objective of a policy: the weights of the reward, and the criterion of success."""
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import dataclass
 

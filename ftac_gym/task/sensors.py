@@ -1,7 +1,5 @@
 """Errors of the star tracker and of the gyros."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Compiled entry points that inline functions of several files."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Pieces that the command-line scripts share: errors, provenance and tables; needs the ``train`` extra."""
 
-from __future__ import annotations
-
 import dataclasses
 import shlex
 import subprocess

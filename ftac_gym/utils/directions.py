@@ -1,7 +1,5 @@
 """Circles on the sphere of directions, for pictures."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ftac_gym.attitude import cross

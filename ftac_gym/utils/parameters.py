@@ -1,7 +1,5 @@
 """Checks of parameters, and uniform ranges to draw from: the vocabulary of every scenario dataclass."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager

@@ -6,8 +6,6 @@ as easy as 1, 2, 3", SC 2011), whose output is the deviate. Hence episode ``k`` 
 spacecraft or on a thousand, in any order and in any process. A batch is drawn in one compiled call.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from enum import IntEnum

@@ -1,7 +1,5 @@
 """Frozen dataclasses to plain JSON data and back, with the class named in each object."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 from typing import Any, TypeVar
