@@ -66,7 +66,7 @@ class Baseline(Tunable, ABC):
         self.memory = Memory(self.num_spacecraft)
         """State of the baseline and its observers between two calls."""
         self.scheduled: Any = self.gains
-        """The gains in use: :attr:`gains`, with arrays (N, 1) for those that are scheduled."""
+        """The gains in use: ``gains``, with arrays (N, 1) for those that are scheduled."""
         self._inertia = scenario.spacecraft.inertia_matrix
         self._torque_limits = wheels.torque_limits
         self._period = scenario.control_period
@@ -74,7 +74,7 @@ class Baseline(Tunable, ABC):
         self._build()
 
     def _build(self) -> None:
-        """Build the parts from :attr:`gains` and :attr:`scenario`, and add their state to :attr:`memory`."""
+        """Build the parts from ``gains`` and :attr:`scenario`, and add their state to :attr:`memory`."""
 
     @classmethod
     def space(cls, **gains: Any) -> SearchSpace:
@@ -93,14 +93,14 @@ class Baseline(Tunable, ABC):
         self.memory.reset(chosen)
 
     def schedule(self, gains: Mapping[str, FloatArray]) -> None:
-        """Set gains for the coming calls of :meth:`act`, by spacecraft; those left out return to :attr:`gains`.
+        """Set gains for the coming calls of :meth:`act`, by spacecraft; those left out return to ``gains``.
 
         They are an input, no state: a reset does not change them.
 
         Parameters
         ----------
         gains
-            Values (N,) by the name of the gain, one of :attr:`schedulable`. Gains that are searched as a share of
+            Values (N,) by the name of the gain, one of ``schedulable``. Gains that are searched as a share of
             another are scheduled so too: they follow the gain that limits them.
 
         Raises

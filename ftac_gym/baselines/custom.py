@@ -24,7 +24,8 @@ def imported(path: str) -> type[Baseline]:
     Raises
     ------
     ValueError
-        If there is no such module, it has no such class, or the class does not derive from :class:`Baseline`.
+        If there is no such module, it has no such class, or the class does not derive from
+        :class:`~ftac_gym.baselines.Baseline`.
     """
     module, _, name = path.partition(":")
     try:

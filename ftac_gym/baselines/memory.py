@@ -28,7 +28,7 @@ class Memory:
         self._arrays: dict[str, npt.NDArray[Any]] = {}
 
     def add(self, name: str, shape: tuple[int, ...], initial: float | bool = 0.0) -> None:
-        """Add an array (N, *shape) that a reset fills with ``initial``.
+        """Add an array (N, ...) that a reset fills with ``initial``.
 
         Raises
         ------

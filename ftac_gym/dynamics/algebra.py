@@ -56,7 +56,7 @@ def scale3(factor: float, a: Any) -> Any:
 
 @inlined
 def norm3(a: Any) -> float:
-    """Return the magnitude |a|."""
+    """Return the magnitude ``|a|``."""
     return math.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
 
 

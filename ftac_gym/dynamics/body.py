@@ -77,7 +77,7 @@ def inertia_at(record: Any, carried: Any, varying: bool, rate_torque: bool, time
 def angular_acceleration(w: Any, stored: Any, wheel: Any, external: Any, body: Any, steady: Any) -> Any:
     """Euler's equation: J w' = -w x (J w + stored) + wheel + external - J' w, all in body axes.
 
-    ``external`` is multiplied by (|w|^2 + c) where the disturbance asks for it.
+    ``external`` is multiplied by (``|w|^2`` + c) where the disturbance asks for it.
     """
     inertia, inverse, change = body
     momentum = add3(symmetric_times(inertia, w), 1.0, stored)

@@ -1,6 +1,6 @@
 """Compiled vibration modes: what flexible appendages do to the body, and what the body does to them.
 
-With eta the modal displacements and psi = eta' + delta w,
+With eta the modal displacements and psi = eta' + delta w::
 
     eta' = psi - delta w,    psi' = -(C eta' + K eta),
 

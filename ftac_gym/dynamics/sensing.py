@@ -71,7 +71,7 @@ def follow_mrp(i: int, record: Any, time: float, attitude: Any, rate: Any, accel
     """Reference from modified Rodrigues parameters.
 
     With P(v) = (1 - s^2) v - 2 sigma x v + 2 sigma (sigma.v): w = 4 P(sigma') / (1 + s^2)^2 and
-    w' = 4 (P(sigma'') + 2 sigma |sigma'|^2) / (1 + s^2)^2 - 4 (sigma.sigma') / (1 + s^2) w.
+    w' = 4 (P(sigma'') + 2 sigma ``|sigma'|^2``) / (1 + s^2)^2 - 4 (sigma.sigma') / (1 + s^2) w.
     """
     x, vx, ax = sinusoid(record, 0, time)
     y, vy, ay = sinusoid(record, 1, time)

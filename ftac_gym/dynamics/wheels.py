@@ -1,7 +1,7 @@
 """Compiled wheels: from a command, the faults and the state of a wheel to its torque on the body.
 
 A wheel has two states, the motor torque m and the momentum h. Over one physics step, with u the command within its
-limits, T the lag, e(t) and b(t) effectiveness and bias, and T_f friction:
+limits, T the lag, e(t) and b(t) effectiveness and bias, and T_f friction::
 
     T m' = u - m,    h' = -(e m + b + T_f(h / I)).
 

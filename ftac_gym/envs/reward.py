@@ -3,14 +3,14 @@
 With theta the true pointing error [rad], w_e the true rate error, u the wheel commands over their limits:
 
 ================ ===========================================================================================
-``progress``     weight (theta before - theta): over an episode it only counts where the craft ends
-``precision``    - weight log10(1 + theta / (cone / 5)): every decade of pointing error counts the same
-``rate``         - weight |w_e|^2
-``effort``       - weight mean(u^2)
-``smoothness``   - weight mean((u - u before)^2)
+``progress``     weight (theta before - theta): over an episode it only counts where the spacecraft ends
+``precision``    minus weight log10(1 + theta / (cone / 5)): every decade of pointing error counts the same
+``rate``         minus weight ``|w_e|^2``
+``effort``       minus weight mean(u^2)
+``smoothness``   minus weight mean((u - u before)^2)
 ``on_target``    weight, while inside the success cone and slow
-``tumble``       - weight, once, when the episode ends by tumbling
-``vibration``    - weight times the energy of the vibration modes [J]
+``tumble``       minus weight, once, when the episode ends by tumbling
+``vibration``    minus weight times the energy of the vibration modes [J]
 ================ ===========================================================================================
 """
 

@@ -23,7 +23,7 @@ Observation = npt.NDArray[np.float32]
 
 
 class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
-    """N craft that step together; element by element the same as N of :class:`SpacecraftFTCEnv`.
+    """N craft that step together; element by element the same as N of :class:`~ftac_gym.envs.SpacecraftFTCEnv`.
 
     Craft ``i`` of ``reset(seed=s)`` is the single environment after ``reset(seed=s + i)``. Spaces, rewards and info
     keys are those of the single environment, with Gymnasium's conventions for vectors: ``info`` holds arrays with masks

@@ -74,7 +74,7 @@ def frozen_episodes(splits: Iterable[str] = SPLITS, feasible: int = frozen.FEASI
     Parameters
     ----------
     splits
-        Among :data:`ftac_gym.scenarios.SPLITS`.
+        Among :data:`~ftac_gym.scenarios.splits.SPLITS`.
     feasible
         Number of feasible episodes of each; the infeasible ones between them are returned too.
 

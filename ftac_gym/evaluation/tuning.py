@@ -38,7 +38,7 @@ SPREAD = 1.0 / 6.0
 
 @dataclass(frozen=True)
 class Trial:
-    """Gains that were flown, and their mean return; :data:`FAILED` if they could not be flown."""
+    """Gains that were flown, and their mean return; minus infinity if they could not be flown."""
 
     gains: dict[str, Any]
     mean_return: float

@@ -35,7 +35,7 @@ class FaultDistribution:
     ----------
     kinds
         The fault kinds to choose from; each draws its own timing and magnitude. Their ``wheel`` must be None; a kind
-        that always affects the same one belongs to a :class:`FaultSchedule`.
+        that always affects the same one belongs to a :class:`~ftac_gym.faults.FaultSchedule`.
     weights
         Relative frequency of each kind; None for equal weights.
     fault_counts

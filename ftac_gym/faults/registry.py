@@ -29,8 +29,9 @@ def register(kind: type[F]) -> type[F]:
     Parameters
     ----------
     kind
-        A frozen dataclass that derives from :class:`WheelFault` or :class:`SensorFault`. It has an
-        :class:`~ftac_gym.faults.CustomKind` as its ``kind``, and a method ``_fill`` that writes its magnitudes.
+        A frozen dataclass that derives from :class:`~ftac_gym.faults.WheelFault` or
+        :class:`~ftac_gym.faults.SensorFault`. It has an :class:`~ftac_gym.faults.CustomKind` as its ``kind``, and a
+        method ``_fill`` that writes its magnitudes.
 
     Returns
     -------

@@ -64,7 +64,7 @@ class FaultSchedule:
         return len(self.faults) * FLIPS if any(fault.random_chain for fault in self.faults) else 0
 
     def draw(self, uniform: FloatArray, switching: FloatArray, torque_limits: FloatArray) -> DrawnFaults:
-        """Draw the faults of N episodes; the parameters are those of :meth:`FaultDistribution.draw`."""
+        """Draw the faults of N episodes, as :meth:`~ftac_gym.faults.distribution.FaultDistribution.draw` does."""
         count = len(uniform)
         wheels = no_faults(count, len(torque_limits), self.layers())
         sensors = no_sensor_faults(count, len(self.faults) - len(self._wheels))

@@ -26,7 +26,8 @@ def wheel_envelope(polytopes: Mapping[str, TorquePolytope]) -> Figure:
     Parameters
     ----------
     polytopes
-        Results of :func:`torque_polytope` or :func:`polytopes_along`, by name; healthy wheels first.
+        Results of :func:`~ftac_gym.plots.torque_polytope` or :func:`~ftac_gym.plots.polytopes_along`, by name; healthy
+        wheels first.
 
     Raises
     ------

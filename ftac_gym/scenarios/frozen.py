@@ -60,7 +60,7 @@ def load(split: str, feasible: int = FEASIBLE) -> Episodes:
     Parameters
     ----------
     split
-        One of :data:`ftac_gym.scenarios.SPLITS`.
+        One of :data:`~ftac_gym.scenarios.splits.SPLITS`.
     feasible
         Number of feasible episodes. The list ends with the last of them and includes the infeasible ones before it.
 

@@ -11,7 +11,8 @@ The paper leaves these open, and they are chosen here:
 All other numbers are the authors' unless a variant says otherwise.
 
 The torques below are those of the most loaded wheel when a reference is followed exactly. They hold for the nominal
-inertia and the allocation that keeps this torque as small as possible (:func:`peak_wheel_torque`).
+inertia and the allocation that keeps this torque as small as possible
+(:func:`~ftac_gym.reproduction.inverse_dynamics.peak_wheel_torque`).
 """
 
 import numpy as np

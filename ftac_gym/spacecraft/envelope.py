@@ -1,7 +1,7 @@
 """Torque and momentum envelopes of a wheel array.
 
 Both are zonotopes, sum_j [-r_j, r_j] D[:, j]. A vector t lies inside one exactly if
-|n.t| <= sum_j r_j |n.D[:, j]| for the normal n of every pair of wheel axes.
+``|n.t|`` <= sum_j r_j ``|n.D[:, j]|`` for the normal n of every pair of wheel axes.
 """
 
 from dataclasses import dataclass, field

@@ -15,7 +15,7 @@ from ftac_gym.utils.serialization import serializable
 class Friction:
     """Stribeck, Coulomb and viscous friction, smooth through rest.
 
-    The drag torque on a wheel that spins at W against the body is, with W_st = sqrt(2) W_brk and W_c = W_brk / 10,
+    The drag torque on a wheel that spins at W against the body is, with W_st = sqrt(2) W_brk and W_c = W_brk / 10::
 
         T(W) = sqrt(2 e) (T_brk - T_C) exp(-(W / W_st)^2) W / W_st + T_C tanh(W / W_c) + f W
 

@@ -59,7 +59,7 @@ class WheelArray:
     dead_band
         Commands smaller than this give no torque [N m].
     power_limit
-        Largest mechanical power |tau W| of the motor of each wheel [W].
+        Largest mechanical power ``|tau W|`` of the motor of each wheel [W].
 
     Raises
     ------

@@ -21,7 +21,7 @@ from ftac_gym.utils.parameters import (
 from ftac_gym.utils.serialization import serializable
 
 DISTURBANCE = np.dtype([("constant", "f8", (3,)), ("rate_scaled", "f8"), ("rate_offset", "f8")])
-"""Per craft: constant torque [N m]; flag 1.0 if scaled by (|w|^2 + c); the offset c [rad^2/s^2]."""
+"""Per craft: constant torque [N m]; flag 1.0 if scaled by (``|w|^2`` + c); the offset c [rad^2/s^2]."""
 
 HARMONIC = np.dtype([("frequency", "f8"), ("sine", "f8", (3,)), ("cosine", "f8", (3,))])
 """Per craft and harmonic: frequency [rad/s], amplitudes of sin(f t) and cos(f t) [N m]."""
@@ -65,7 +65,7 @@ class Disturbance:
     harmonics
         The harmonics; each episode draws its own amplitudes, frequencies and phases.
     rate_offset
-        If given, c in the factor (|w|^2 + c) that multiplies the whole torque (Chen et al. 2018, eq. (62)).
+        If given, c in the factor (``|w|^2`` + c) that multiplies the whole torque (Chen et al. 2018, eq. (62)).
     """
 
     constant: Intervals = (0.0, 0.0, 0.0)

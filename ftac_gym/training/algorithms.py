@@ -35,7 +35,7 @@ def build(
     Parameters
     ----------
     algorithm
-        One of :data:`ALGORITHMS`.
+        One of :data:`~ftac_gym.training.hyperparameters.ALGORITHMS`.
     hyperparameters
         Hyperparameters of the training.
     env

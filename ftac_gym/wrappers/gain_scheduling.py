@@ -43,7 +43,7 @@ class Scheduling(BaseTransform):
         Name of the baseline, one of :func:`schedulable_bases`, a custom class, or its path as ``"module:Class"``.
     ranges
         Gain to (low, high); the base's default lies between them. None takes all gains that the base can schedule,
-        within their usual bounds (:attr:`~ftac_gym.baselines.Baseline.schedulable`).
+        within their usual bounds (:attr:`~ftac_gym.baselines.tunable.Tunable.schedulable`).
     **gains
         Gains of the baseline.
 

@@ -70,10 +70,10 @@ class MinimaxAllocation:
     """The wheel torques whose largest share of a wheel's limit is the smallest possible.
 
     The set of torques that wheels with limits r_j can give is a zonotope; a torque leaves it through the facet whose
-    normal n maximises |n.t| / sum_j r_j |n.D[:, j]|. On that facet all wheels outside of its plane are at the same
-    share of their limit. The rest of the torque lies in the plane of the facet. The same holds there for its edges, and
-    on an edge for its wheels. On the cone over each edge of each facet the solution is linear in the torque. It is a
-    table of matrices, chosen by two maxima (Markley et al., NTRS 20110015369, describe the envelope).
+    normal n maximises ``|n.t|`` / sum_j r_j ``|n.D[:, j]|``. On that facet all wheels outside of its plane are at the
+    same share of their limit. The rest of the torque lies in the plane of the facet. The same holds there for its
+    edges, and on an edge for its wheels. On the cone over each edge of each facet the solution is linear in the torque.
+    It is a table of matrices, chosen by two maxima (Markley et al., NTRS 20110015369, describe the envelope).
 
     Parameters
     ----------

@@ -9,12 +9,12 @@ from ftac_gym.utils.parameters import FloatArray, finite, positive, require, who
 
 
 class AntiSaturation:
-    """xi' = -L2 xi - (h^2 / |xi|^2) xi - H Theta while |xi| >= dk, else xi' = 0; the law subtracts L1 xi.
+    """xi' = -L2 xi - (h^2 / ``|xi|^2``) xi - H Theta while ``|xi|`` >= dk, else xi' = 0; the law subtracts L1 xi.
 
-    Eqs. (39), (73), with H = J^-1 D E^, Theta = sat(u) - u and h = |H| |Theta|. From d|xi|/dt <= -(L2 |xi|^2 - h |xi| +
-    h^2) / |xi|, which is negative for every h if L2 > 1/4 (the paper itself asks for L2 > 1/2), |xi| can only fall; it
-    reaches dk in about dk + |xi|^2/h^2 seconds and stays there. All else in the output of an explicit integrator is an
-    effect of its step, as ``substeps`` shows.
+    Eqs. (39), (73), with H = J^-1 D E^, Theta = sat(u) - u and h = ``|H|`` ``|Theta|``. From ``d|xi|/dt`` <= -(L2
+    ``|xi|^2`` - h ``|xi|`` + h^2) / ``|xi|``, which is negative for every h if L2 > 1/4 (the paper itself asks for L2 >
+    1/2), ``|xi|`` can only fall; it reaches dk in about dk + ``|xi|^2``/h^2 seconds and stays there. All else in the
+    output of an explicit integrator is an effect of its step, as ``substeps`` shows.
 
     Parameters
     ----------

@@ -13,9 +13,9 @@ class LevantFilter:
     """f1' = -b1 sig(f1 - a)^(1/2) + f2, f2' = -b2 sign(f2 - f1'), Eq. (30) of Chen et al. 2018.
 
     The difference f2 - f1' is b1 sig(f1 - a)^(1/2): its sign is that of f1 - a, and the equation is not implicit. The
-    state f1 follows the input a, and f1' its derivative, if |a''| stays below b2 with a margin. With Euler steps this
-    holds for control periods up to about 10 ms. ``substeps`` remove the chatter of f1, which then lags a moving input
-    by the hold; f1' follows the steps of the held input, not the derivative.
+    state f1 follows the input a, and f1' its derivative, if ``|a''|`` stays below b2 with a margin. With Euler steps
+    this holds for control periods up to about 10 ms. ``substeps`` remove the chatter of f1, which then lags a moving
+    input by the hold; f1' follows the steps of the held input, not the derivative.
 
     Parameters
     ----------

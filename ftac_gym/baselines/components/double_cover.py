@@ -13,7 +13,7 @@ class HybridError:
     """q_e on the double cover, without jumps of its sign, and the logic variable h that selects the direction.
 
     A rotation has two quaternions. The one nearer to that of the last call is taken, at the start the given one.
-    The error is continuous for every sign of the sensor. The variable h starts at 1 and jumps to -h in the jump set
+    The error is continuous for every sign of the sensor. The variable h starts at 1 and jumps to -h in the jump set::
 
         h e_4 <= -eta,  0 < eta < 1    (Eqs. (13)-(16) of Ma et al. 2023)
 

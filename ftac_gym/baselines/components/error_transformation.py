@@ -26,7 +26,7 @@ class Transformed(NamedTuple):
 class ErrorTransformation:
     """epsilon = 1/2 ln[(lower + x) / (upper - x)] with x = sigma / rho, Eqs. (24)-(27) of Chen et al. 2018.
 
-    With l and u the factors of the bounds and x' at constant sigma equal to -x rho'/rho, Eq. (27) is
+    With l and u the factors of the bounds and x' at constant sigma equal to -x rho'/rho, Eq. (27) is::
 
         theta = 1/2 [(l' - x rho'/rho) / (l + x) - (u' + x rho'/rho) / (u - x)]
 

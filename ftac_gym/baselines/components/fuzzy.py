@@ -12,7 +12,9 @@ from ftac_gym.utils.parameters import FloatArray, fields_named, positive, whole
 
 
 class FuzzyApproximator:
-    """theta P'P s / (2 h^2) with theta' = lambda |s|^2 P'P / (2 h^2) - m1 theta: Eqs. (18), (42), (45) of Chen et al.
+    """theta P'P s / (2 h^2) with theta' = lambda ``|s|^2`` P'P / (2 h^2) - m1 theta.
+
+    Eqs. (18), (42), (45) of Chen et al. 2018.
 
     P are the normalised memberships (18) of N rules, Gaussians of width 1 whose centres lie on the diagonal from -3 to
     3: neither is printed. All three axes have the same inputs, so that eta = P'P I. The choice of rules has little

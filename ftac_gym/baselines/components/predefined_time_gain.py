@@ -11,12 +11,12 @@ from ftac_gym.baselines.components.rows import dot
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive, require, within
 
 _SMALLEST = 1e-24
-"""Floor of V, |x| = 1.4e-12, which avoids 0 times infinity."""
+"""Floor of V, ``|x|`` = 1.4e-12, which avoids 0 times infinity."""
 
 
 @dataclass(frozen=True)
 class PredefinedTime:
-    """The gain f(V) of x' = -f(V) x, V = |x|^2 / 2, with which V' = -exp(V^h) V^(1-h) / (h T).
+    """The gain f(V) of x' = -f(V) x, V = ``|x|^2`` / 2, with which V' = -exp(V^h) V^(1-h) / (h T).
 
     f = exp(V^h) V^-h / (2 h T): Lemma 1 of Cao et al. 2022 with its sign corrected. V is zero at the time
     T (1 - exp(-V(0)^h)): T is an upper bound, and the time does depend on the start.
@@ -82,7 +82,7 @@ class PredefinedTimeSliding:
     Parameters
     ----------
     position, rate
-        The feedbacks f_a of V_a = |x|^2 / 2 and f_b of V_b = |s|^2 / 2.
+        The feedbacks f_a of V_a = ``|x|^2`` / 2 and f_b of V_b = ``|s|^2`` / 2.
     """
 
     def __init__(self, position: PredefinedTime, rate: PredefinedTime) -> None:

@@ -10,7 +10,7 @@ from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
 
 class GaussianNodes:
-    """exp(-|x - c_k|^2 / width^2) with centres c_k evenly on the diagonal.
+    """exp(-``|x - c_k|^2`` / width^2) with centres c_k evenly on the diagonal.
 
     Parameters
     ----------
@@ -35,14 +35,14 @@ class GaussianNodes:
         self._scale = -1.0 / positive(width, "width") ** 2
 
     def exponents(self, inputs: FloatArray) -> FloatArray:
-        """Return -|x - c_k|^2 / width^2 (N, count) for inputs (N, inputs)."""
+        """Return -``|x - c_k|^2`` / width^2 (N, count) for inputs (N, inputs)."""
         squares = dot(inputs, inputs) - 2.0 * (inputs @ self._centres.T) + self._squares
         exponents: FloatArray = self._scale * squares
         return exponents
 
 
 class RadialBasisNetwork:
-    """d^ = W' phi(w) with phi_k = exp(-|w - c_k|^2 / width^2), trained by W' = gain phi s' J^-1.
+    """d^ = W' phi(w) with phi_k = exp(-``|w - c_k|^2`` / width^2), trained by W' = gain phi s' J^-1.
 
     Eqs. (25)-(28), (42) and (75) of Zhang and Zhou 2019; the known approximation error, which the paper adds to d^, is
     zero. Nodes are not given in the paper: five of them on the diagonal from -1 to 1 rad/s, width 1 rad/s.

@@ -31,13 +31,13 @@ def saturation(variable: FloatArray, width: float) -> FloatArray:
 
 
 def soft_sign(variable: FloatArray, width: FloatArray) -> FloatArray:
-    """Return x / (|x| + width), within +-1: the bounded feedback (18) of Ma et al. 2023."""
+    """Return x / (``|x|`` + width), within +-1: the bounded feedback (18) of Ma et al. 2023."""
     return variable / (np.abs(variable) + width)
 
 
 @dataclass(frozen=True)
 class ExponentialReaching:
-    """s' = -e1 s - e2 / N(s) sign(s) with N(s) = d0 + (1 - d0) exp(-alpha |s|^p0), axis by axis.
+    """s' = -e1 s - e2 / N(s) sign(s) with N(s) = d0 + (1 - d0) exp(-alpha ``|s|^p0``), axis by axis.
 
     Eqs. (35) and (66) of Zhang and Zhou 2019: the switching gain grows from e2 near the surface to e2 / d0 far from it.
 

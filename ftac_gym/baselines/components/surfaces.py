@@ -14,7 +14,7 @@ from ftac_gym.utils.parameters import FloatArray, non_negative, positive, within
 
 
 def signed_power(value: FloatArray, exponent: float) -> FloatArray:
-    """Return sig(x)^a = |x|^a sign(x), elementwise."""
+    """Return sig(x)^a = ``|x|^a`` sign(x), elementwise."""
     return np.copysign(np.abs(value) ** exponent, value)
 
 
@@ -60,7 +60,7 @@ class FastTerminalSurface(_TerminalSurface):
     linear, terminal, exponent
         a, b and p.
     guard
-        |x| below which the slope of the second term stays at its value there.
+        ``|x|`` below which the slope of the second term stays at its value there.
 
     Raises
     ------
@@ -84,10 +84,10 @@ class FastTerminalSurface(_TerminalSurface):
 
 @dataclass(frozen=True)
 class NonsingularTerminalSurface(_TerminalSurface):
-    """c(x) = k1 x + k2 S(x) with S = sig(x)^r outside |x| = mu and a parabola inside that continues it.
+    """c(x) = k1 x + k2 S(x) with S = sig(x)^r outside ``|x|`` = mu and a parabola inside that continues it.
 
-    Eqs. (63), (64) of Zhang and Zhou 2019, extended to negative x. The coefficients of the parabola c1 x + c2 x |x| are
-    not free, as printed: c1 = (2 - r) mu^(r-1) and c2 = (r - 1) mu^(r-2) make value and slope continuous.
+    Eqs. (63), (64) of Zhang and Zhou 2019, extended to negative x. The coefficients of the parabola c1 x + c2 x ``|x|``
+    are not free, as printed: c1 = (2 - r) mu^(r-1) and c2 = (r - 1) mu^(r-2) make value and slope continuous.
 
     Parameters
     ----------
@@ -115,12 +115,12 @@ class NonsingularTerminalSurface(_TerminalSurface):
         return ratio * error, slope
 
     def profile(self, magnitude: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return c(x)/x and dc/dx for |x|, in any shape."""
+        """Return c(x)/x and dc/dx for ``|x|``, in any shape."""
         ratio, slope = self.terminal_part(magnitude)
         return self.linear + self.terminal * ratio, self.linear + self.terminal * slope
 
     def terminal_part(self, magnitude: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return S(x)/x and dS/dx for |x|, in any shape."""
+        """Return S(x)/x and dS/dx for ``|x|``, in any shape."""
         power = np.maximum(magnitude, self.bound) ** (self.exponent - 1.0)
         at_bound = self.bound ** (self.exponent - 1.0)
         first, second = (2.0 - self.exponent) * at_bound, (self.exponent - 1.0) * at_bound / self.bound

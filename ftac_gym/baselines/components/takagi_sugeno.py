@@ -59,7 +59,7 @@ class TriangularSets:
 
 
 class GaussianSets:
-    """h_i proportional to exp(-|w - w_i|^2 / (2 width^2)): the blend is an approximation.
+    """h_i proportional to exp(-``|w - w_i|^2`` / (2 width^2)): the blend is an approximation.
 
     Parameters
     ----------
@@ -97,6 +97,8 @@ class NearestRule:
 
 class TakagiSugenoModel:
     """Eqs. (8), (9) of Li et al. 2023 for any spacecraft with appendages and torques t on the body.
+
+    ::
 
         w' = sum h_i {A_i w + B (t + f + d) + D_i (eta, eta')},   (eta, eta') = varpi - (0, delta w)
         varpi' = A_v varpi + B_v w,   varpi = (eta, eta' + delta w)

@@ -38,6 +38,8 @@ class AFNTSMCGains(HybridGains):
 class AFNTSMC(HybridController):
     """Eqs. (45)-(52) of Ma et al. 2023.
 
+    ::
+
         S = w_e + k2 e_v + k3 S_au(e_v),  S_au = sig(e)^nu outside |e| = bound, a parabola inside
         u = -tau S - b0 sig(S)^x0 - X S,  X_i = (psi_i / e5^2 + phi_i |xi|^2 / e6^2) / 2
         psi_i' = -e3 psi_i + n1 S_i^2 / (2 e5^2)

@@ -28,12 +28,14 @@ class AISMCGains(ScheduledGains):
 class AISMC(FlexibleController):
     """Eqs. (70), (71) of Li et al. 2023, after Li, Liu and Shi 2020.
 
+    ::
+
         torque = -(sum h_i |K_i s| + sigma + |S|) s / (|s| + layer) - g(s)
         S = s - integral of sum h_i (A_i + B K_i) s
 
-    There is no observer: faults, disturbance and vibration are left to |S|. It grows while s deviates from the motion
-    by A_i + B K_i, without the direction of the deviation. K_i is that of the fuzzy controller: the paper takes it
-    from a theorem of another one. The integral is the trapezoidal rule.
+    There is no observer: faults, disturbance and vibration are left to ``|S|``. It grows while s deviates from the
+    motion by A_i + B K_i, without the direction of the deviation. K_i is that of the fuzzy controller: the paper takes
+    it from a theorem of another one. The integral is the trapezoidal rule.
 
     Raises
     ------

@@ -52,7 +52,7 @@ class ChenM1(ChenController):
     """Eqs. (21)-(45), corrected.
 
     With epsilon, r and theta_t of :class:`~ftac_gym.baselines.components.error_transformation.ErrorTransformation` and
-    sigma' = G w:
+    sigma' = G w::
 
         z1 = epsilon,  s1 = z1 - xi,  a = G^-1 r^-1 [-k1 z1 - tau1 sig(s1)^g - theta_t]
         x_c follows a through :class:`~ftac_gym.baselines.components.command_filter.LevantFilter`
@@ -73,7 +73,7 @@ class ChenM1(ChenController):
     Raises
     ------
     ValueError
-        If a gain breaks a rule or the reference moves; :meth:`act` if a spacecraft starts outside its bounds.
+        If a gain breaks a rule or the reference moves; ``act`` if a spacecraft starts outside its bounds.
     """
 
     gains = ChenM1Gains()

@@ -43,12 +43,14 @@ class ChenM3Gains(ChenGains):
 class ChenM3(ChenController):
     """Eqs. (67)-(71), corrected.
 
+    ::
+
         S = w + K1 sigma + K2 S_au(sigma),  S_au = sig(sigma)^r outside |sigma_i| = bound, a parabola inside
         v = -tau S - rho sig(S)^(1/2) - v_ss,  F = c1 + c2 |w| + c3 |w|^2
         v_ss = S/|S| F where |S| F > layer, else S F^2 / layer
         c_i' = -o c_i + p |S| |w|^(i-1)
 
-    (70) adds sum_i o_i c_i / (4 p_i) S / |S|^2 outside the layer, which makes v_ss jump there: ``jump=True``. The
+    (70) adds sum_i o_i c_i / (4 p_i) S / ``|S|^2`` outside the layer, which makes v_ss jump there: ``jump=True``. The
     second coefficient of the parabola is (r - 1) bound^(r-2), not (2 - r).
 
     The printed tau and rho suit a body of 10 to 20 kg m^2, not the 350 of the example: 100 and 10 do.

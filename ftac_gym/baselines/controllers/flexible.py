@@ -46,12 +46,12 @@ class FlexibleController(FaultTolerantController, FilteredController):
     """A controller for a body of inertia J - delta' delta with appendages (Eqs. (35), (36) of Li et al. 2023).
 
     The momentum of the wheels is not in the paper's equations. In a scenario with it, its torque is a fault for the
-    observer, and a disturbance for a controller without one.
+    observer, and a disturbance for a controller without one::
 
         torque = the subclass's - g(s) - f^ - d^
 
     with the errors q_e and w_e and s = w_e + beta q_ev. The observer estimates f^, the torque of faults, and d^, that
-    of vibration. The last term g is the torque of the nonlinear rest of s' (times J - delta' delta):
+    of vibration. The last term g is the torque of the nonlinear rest of s' (times J - delta' delta)::
 
         g = (J - delta' delta) (beta (q_e0 w_e + q_ev x w_e) / 2 - feed-forward) + w x J (beta q_ev - C(q_e) w_d)
 

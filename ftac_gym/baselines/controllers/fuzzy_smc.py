@@ -29,6 +29,8 @@ class FuzzySMCGains(ScheduledGains):
 class FuzzySMC(FlexibleController):
     """Eqs. (39), (40), (64) of Li et al. 2023.
 
+    ::
+
         torque = sum h_i K_i s - sigma_1 s - sigma_2 s / (|s| + layer) - g(s) - f^ - d^,  s = w_e + beta q_ev
 
     The blend of D_2i over the rules is exact inside their sector, so that d^ is the vibration torque itself.

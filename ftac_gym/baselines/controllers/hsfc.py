@@ -17,7 +17,7 @@ from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
 SMALLEST_GAMMA = 1e-100
-"""Smallest g: its square is still a number, and S / (|S| + g^2 delta) is zero at S = 0 instead of 0 / 0."""
+"""Smallest g: its square is still a number, and S / (``|S|`` + g^2 delta) is zero at S = 0 instead of 0 / 0."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class _Errors(NamedTuple):
 class HSFC(HybridController):
     """Eqs. (14)-(20), (43), corrected.
 
-    With the error quaternion (e_v, e_4), the logic variable h and the adaptive gain g ("gamma"):
+    With the error quaternion (e_v, e_4), the logic variable h and the adaptive gain g ("gamma")::
 
         S    = w_e + h g^2 e_v
         u1_i = -k S_i / (|S_i| + g^2 delta) + [(C w_d) x J C w_d + J C w_d']_i
@@ -63,9 +63,9 @@ class HSFC(HybridController):
                  - k1/2 h e_v'S }
         u    = u1 + u2
 
-    (18) is meant component by component. (19) uses the norm |u1|, which makes u2 a brake that overrules u1 wherever
-    (1 - g0)/g0 |u1| > |u1_i|: the body then creeps with rates within the layer. ``"componentwise"`` takes |u1_i|, with
-    which the bound (21) holds as well; ``"sliding"`` takes sat(S_i / layer) for sat(w_e,i / layer).
+    (18) is meant component by component. (19) uses the norm ``|u1|``, which makes u2 a brake that overrules u1 wherever
+    (1 - g0)/g0 ``|u1|`` > ``|u1_i|``: the body then creeps with rates within the layer. ``"componentwise"`` takes
+    ``|u1_i|``, with which the bound (21) holds as well; ``"sliding"`` takes sat(S_i / layer) for sat(w_e,i / layer).
 
     The paper also lists a gain k2, which occurs nowhere.
 
@@ -91,7 +91,7 @@ class HSFC(HybridController):
     def torque_bound(self, rate: float = 0.0, acceleration: float = 0.0) -> float:
         """Return the bound of every component of the torque [N m], for all errors.
 
-        With f = J_M (c1^2 + c2), |u1_i| <= k + f and |u1| <= sqrt(3) k + f, hence
+        With f = J_M (c1^2 + c2), ``|u1_i|`` <= k + f and ``|u1|`` <= sqrt(3) k + f, hence
         k + f + (1 - g0)/g0 (sqrt(3) k + f); printed is (k + f)/g0, Eq. (21), which holds for ``"componentwise"``.
 
         Parameters

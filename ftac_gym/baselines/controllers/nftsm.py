@@ -35,7 +35,7 @@ class NFTSMGains(RelativeGains):
 class NFTSM(RelativeController):
     """The surface and the reaching law of Zhang and Zhou 2019 for sampled control at about 10 Hz.
 
-    With the error MRP sigma, its length n, and the surface's parts S(n)/n and S'(n), Eqs. (63), (64), (66):
+    With the error MRP sigma, its length n, and the surface's parts S(n)/n and S'(n), Eqs. (63), (64), (66)::
 
         s    = w_e + (k1 + k2 S(n)/n) sigma
         w_e' = -d/dt[(k1 + k2 S(n)/n) sigma] - e1 s - (e2 / N(s)) tanh(s / layer)

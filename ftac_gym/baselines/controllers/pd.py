@@ -47,7 +47,7 @@ class PDGains(AttitudeFilterGains):
 class PD(DirectController):
     """Quaternion PD control that brakes in time.
 
-    With the error angle theta about the axis n (short way) and the rate error w_e, all in body axes:
+    With the error angle theta about the axis n (short way) and the rate error w_e, all in body axes::
 
         torque = J (n s s' + c_d (-n s - w_e)) + feed-forward of the reference
 

@@ -32,7 +32,7 @@ class PredefinedTimeGains(RelativeGains):
 class PredefinedTimeController(RelativeController):
     """The law of Cao, Gong and Han 2022 for sampled control at about 10 Hz.
 
-    With the error MRP sigma, V_a = |sigma|^2 / 2, s = sigma' + f_a sigma and V_b = |s|^2 / 2:
+    With the error MRP sigma, V_a = ``|sigma|^2`` / 2, s = sigma' + f_a sigma and V_b = ``|s|^2`` / 2::
 
         w_e' = -G^-1 (G' w_e + (f_a sigma)' + f_b s + a tanh(s / layer))
 

@@ -50,7 +50,7 @@ class _State(NamedTuple):
 class PTC(FaultTolerantController):
     """Predefined-time sliding mode, Eqs. (24)-(26), corrected.
 
-    With z1 = sigma - sigma_d, z2 = z1', V_a = |z1|^2 / 2, s = z2 + xi, V_b = |s|^2 / 2:
+    With z1 = sigma - sigma_d, z2 = z1', V_a = ``|z1|^2`` / 2, s = z2 + xi, V_b = ``|s|^2`` / 2::
 
         xi = f_a z1,  f_a = exp(V_a^h1) V_a^-h1 / (2 h1 T1)
         xi' = f_a z2 + f_a h1 (V_a^h1 - 1) / V_a (z1'z2) z1

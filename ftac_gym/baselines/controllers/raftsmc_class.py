@@ -43,6 +43,8 @@ class RAFTSMCClassGains(FlexibleGains):
 class RAFTSMCClass(FlexibleController):
     """A fixed-time terminal surface, a two-power reaching law and an adaptive bound.
 
+    ::
+
         S = w_e + k1 sig(q_ev)^r1 + k2 S_au(q_ev),  S_au = sig(q)^r2 outside |q| = phi, a parabola inside
         torque = w x J w + feed-forward - J_q c'(q_ev) q_ev'
                  - kappa_a sig(S)^r3 - kappa_b sig(S)^r4 - rho^ S / (|S| + e)

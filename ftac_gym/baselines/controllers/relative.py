@@ -32,7 +32,7 @@ class RelativeGains(AttitudeFilterGains, FaultTolerantGains):
 class RelativeController(FaultTolerantController, FilteredController):
     """A fault-tolerant controller for sampled, saturating, noisy spacecraft; a subclass defines the acceleration.
 
-    With the error MRP sigma_e of q_e = conj(q_d) (x) q, always on the short branch, and w_e = w - C(q_e) w_d:
+    With the error MRP sigma_e of q_e = conj(q_d) (x) q, always on the short branch, and w_e = w - C(q_e) w_d::
 
         torque = J (w_e' + C w_d' - w_e x C w_d) + w x J w - D b^    (or - d^ from an observer without b^)
 

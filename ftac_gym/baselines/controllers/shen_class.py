@@ -41,15 +41,15 @@ class ShenClass(FaultTolerantController):
     """Sliding mode on w_e + alpha atan(beta q_v) with an adaptive bound and a torque that never exceeds the limit.
 
     The comparator [4] of Zhang and Zhou 2019 (Shen, Wang, Zhu and Poh 2015) was not available. This is the law of the
-    same family that Shen, Yue, Goh and Wang published in 2019 (IEEE Transactions on Industrial Electronics 66(5)):
+    same family that Shen, Yue, Goh and Wang published in 2019 (IEEE Transactions on Industrial Electronics 66(5))::
 
         S = w_e + alpha atan(beta q_v),  Phi = 1 + |w| + |w|^2
         eta = k + S'f^ / (|S|^2 + e1^2) + h^ Phi / (|S| + mu / Phi)
         h^' = -c1 h^ + c2 Phi |S|^2 / (|S| + mu / Phi)
         u = -(u_max / e0) D^+ sat(S; e0 eta / u_max),  e0 = |D^+|
 
-    where sat(S; g) is g S, shortened to length one. f^ is the torque of a fault monitor, J w^' = -w^ x J w^ + D u +
-    L (w - w^): L (w - w^) while |w - w^| exceeds a threshold, else zero. The sources leave the exact f^ open. eta is
+    where sat(S; g) is g S, shortened to length one. f^ is the torque of a fault monitor, J w^' = -w^ x J w^ + D u + L
+    (w - w^): L (w - w^) while ``|w - w^|`` exceeds a threshold, else zero. The sources leave the exact f^ open. eta is
     held above zero. Only the monitor needs the inertia.
 
     Raises

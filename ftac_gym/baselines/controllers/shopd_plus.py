@@ -30,6 +30,8 @@ class SHOPDPlusGains(HybridGains):
 class SHOPDPlus(HybridController):
     """Proportional-derivative control without a rate: Eqs. (53)-(55) of Ma et al. 2023.
 
+    ::
+
         u = -k4 h e_v - k5 (e_4 I + [e_v x])' sat(v) + (C w_d) x J C w_d + J C w_d'
         v = q_c + B e_v,  q_c' = -A v
 

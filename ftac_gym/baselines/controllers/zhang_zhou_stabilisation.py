@@ -32,7 +32,7 @@ class ZhangZhouStabilisationGains(ZhangZhouGains):
 class ZhangZhouStabilisation(ZhangZhou):
     """Fast terminal sliding mode to a target at rest, Eqs. (29)-(42).
 
-    With the MRP sigma of the attitude relative to the target and sigma' = G w:
+    With the MRP sigma of the attitude relative to the target and sigma' = G w::
 
         s   = w + a sigma + b sig(sigma)^(p/q)
         u_n = -e1 s - (e2 / N(s)) sign(s)

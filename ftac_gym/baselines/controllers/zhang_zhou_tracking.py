@@ -63,7 +63,7 @@ class _State(NamedTuple):
 class ZhangZhouTracking(ZhangZhou):
     """Non-singular fast terminal sliding mode with backstepping, Eqs. (56)-(76), corrected.
 
-    With z1 = sigma - sigma_d and the virtual rate w_d = G^-1 (sigma_d' - c z1) (the print has both signs minus):
+    With z1 = sigma - sigma_d and the virtual rate w_d = G^-1 (sigma_d' - c z1) (the print has both signs minus)::
 
         z2  = w - w_d,  z1' = -c z1 + G z2
         s   = z2 + k1 z1 + k2 S(z1)

@@ -27,6 +27,8 @@ class AttitudeFilterGains(Gains):
 class AttitudeFilter:
     """Propagate the attitude with the gyros and pull it towards the star tracker.
 
+    ::
+
         q^_{k|k-1} = q^_{k-1} (x) dq(w T),    q^_k = q^_{k|k-1} (x) dq(g phi)
 
     w is the mean of the last two rates, phi the rotation from the propagated to the measured attitude, and

@@ -14,7 +14,7 @@ from ftac_gym.utils.parameters import FloatArray, positive
 class DisturbanceObserver:
     """First-order observer of the lumped torque d in J w' = -w x (J w + D h) + D u + d.
 
-    Each control period it low-passes the balance of the last period,
+    Each control period it low-passes the balance of the last period::
 
         r = J (w_k - w_{k-1}) / T + gyroscopic torque - D u_{k-1},
 

@@ -39,7 +39,7 @@ class FuzzyObserverGains(Gains):
 class FuzzyObserver(FaultObserver):
     """Estimate of rate, fault torque and vibration from the measured rate alone: Eqs. (16), (17), without derivatives.
 
-    With e = w - x^, t = D u the torque commanded, and the sums over the rules blended by the measured rate:
+    With e = w - x^, t = D u the torque commanded, and the sums over the rules blended by the measured rate::
 
         f^ = z_f + P_f e,   varpi^ = z_v + P_v e,   d^ = varpi^ - (0, delta w) = (eta^, eta^')
         x^' = sum h_i {A_i x^ + B (t + f^) + D_i d^ + K_i e}

@@ -28,7 +28,7 @@ class IterativeLearningObserver(FaultObserver):
     """The torque on the body that the commands do not explain, renewed once a period from its last value.
 
     With w~ = w - w^ and the nominal total inertia J, as in Hu, Niu and Wang 2018 and Chen and Saif 2007. Their
-    equations were not available: this is the class, with gains of our own.
+    equations were not available: this is the class, with gains of our own::
 
         J w^' = -w^ x J w^ + D u + f^ + L w~,    f^_k = K1 f^_{k-1} + K2 w~_k
 

@@ -34,7 +34,7 @@ class LearningGains(ExcitationGains):
 class LearningObserver(FaultObserver):
     """Estimate of the effectiveness of every wheel, renewed once a period from its last value.
 
-    With w~ = w - w^, U = diag(sat(u)) and the nominal inertia J (Eqs. (7), (8)), at every sample k:
+    With w~ = w - w^, U = diag(sat(u)) and the nominal inertia J (Eqs. (7), (8)), at every sample k::
 
         J w^' = -w^ x J w^ + D U e^ + M w~ + n sign(w~)
         e^_k = Proj[l e^_{k-1} + v (H1 w~_k + H2 w~_{k-1})]  onto [smallest, 1]

@@ -41,18 +41,18 @@ class SlidingModeGains(ExcitationGains):
 class SlidingModeObserver(FaultObserver):
     """Estimate of effectiveness and bias of every wheel from the error of an estimated rate.
 
-    With w~ = w - w^, U = diag(sat(u)) and the nominal inertia J (Eqs. (15)-(18), corrected):
+    With w~ = w - w^, U = diag(sat(u)) and the nominal inertia J (Eqs. (15)-(18), corrected)::
 
         w^' = L w~ + J^-1 (-w^ x J w^ + D U e^ + D b^ + K sign(w~))
         e^' = Proj[g1 U D' J^-1 w~],  b^' = g2 D' J^-1 w~
 
-    K grows by K' = g3 |J^-1| |w~|_1 until |w~|_1 is first below the barrier (17), and is then the barrier function
-    K = k |w~|_1 / (barrier - |w~|_1), at most ``largest_switching`` (18).
+    K grows by K' = g3 ``|J^-1|`` ``|w~|_1`` until ``|w~|_1`` is first below the barrier (17), and is then the barrier
+    function K = k ``|w~|_1`` / (barrier - ``|w~|_1``), at most ``largest_switching`` (18).
 
     Differences from the print: U holds the limited command, not the raw one, which is tens of times larger while a
     wheel saturates. The estimate e^ is projected onto [smallest, 1], since the controllers divide by it. The barrier
-    (18) takes the norm of its phase test. As printed it takes w~'w~, which gives no barrier at |w~|_1 = barrier. The
-    theorem gives a small w~ and bounded estimates, not accurate ones: accuracy needs sustained torque.
+    (18) takes the norm of its phase test. As printed it takes w~'w~, which gives no barrier at ``|w~|_1`` = barrier.
+    The theorem gives a small w~ and bounded estimates, not accurate ones: accuracy needs sustained torque.
 
     The rate estimate takes one Euler step per update, with the gyroscopic torque at the middle of the period; the
     estimates then take one with the new w~, which is stable for larger periods than two explicit steps.

@@ -37,9 +37,9 @@ class ControllerProof:
     certificate
         Level from (f, vibration, d_1) errors to s, and the poles.
     state_bound
-        Largest |s(0)| [rad/s] from which V = s'Ps < 1 holds.
+        Largest ``|s(0)|`` [rad/s] from which V = s'Ps < 1 holds.
     torque_bound
-        Largest |K_i s| [N m] while V <= 1.
+        Largest ``|K_i s|`` [N m] while V <= 1.
     """
 
     certificate: Certificate
@@ -78,9 +78,9 @@ def design_controller(
     gamma
         Level from the disturbances of s' to s; None takes the smallest possible.
     state_bound
-        mu: largest |s(0)| for which the bound on the torque holds [rad/s].
+        mu: largest ``|s(0)|`` for which the bound on the torque holds [rad/s].
     torque_bound
-        varsigma: bound on |K_i s| [N m].
+        varsigma: bound on ``|K_i s|`` [N m].
 
     Raises
     ------

@@ -53,7 +53,7 @@ def error_before_faults(recording: Recording) -> float:
 
 
 def rate_mismatch(recording: Recording) -> float:
-    """Return the largest |w~| of the last 10 s [rad/s]."""
+    """Return the largest ``|w~|`` of the last 10 s [rad/s]."""
     assert recording.rate_mismatch is not None
     return float(np.linalg.norm(recording.rate_mismatch[recording.last()[:-1], 0], axis=1).max())
 

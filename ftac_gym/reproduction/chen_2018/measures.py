@@ -13,7 +13,7 @@ from ftac_gym.task.prescribed_bound import PrescribedBound
 from ftac_gym.utils.parameters import FloatArray
 
 ACCURACY = 1e-3
-"""Accuracy that the paper claims for every |sigma_i|."""
+"""Accuracy that the paper claims for every ``|sigma_i|``."""
 
 
 def bound_of(recording: Recording) -> PrescribedBound:
@@ -45,13 +45,13 @@ def outside(recording: Recording) -> str:
 
 
 def transformed(recording: Recording) -> FloatArray:
-    """Return |epsilon| (T + 1,); outside the bounds it continues along its tangent, as in M1."""
+    """Return ``|epsilon|`` (T + 1,); outside the bounds it continues along its tangent, as in M1."""
     error = ErrorTransformation(bound_of(recording), 1e-5)(recording.attitude[:, 0], recording.time).error
     return np.asarray(np.linalg.norm(error, axis=1))
 
 
 def accurate(recording: Recording) -> float:
-    """Return the time from which every |sigma_i| stays below 1e-3 [s]; infinity if never."""
+    """Return the time from which every ``|sigma_i|`` stays below 1e-3 [s]; infinity if never."""
     return below_from(recording.time, np.abs(recording.attitude[:, 0]).max(axis=1), ACCURACY)
 
 

@@ -122,7 +122,7 @@ def _observer(flights: Recordings) -> dict[str, Finding]:
 
 
 def _spent(flights: Recordings, until: float = np.inf) -> dict[str, float]:
-    """Return the integrals of |u|^2 up to a time [s], by name [N^2 m^2 s]."""
+    """Return the integrals of ``|u|^2`` up to a time [s], by name [N^2 m^2 s]."""
     return flights.measured(partial(Recording.energy, until=until, commanded=True))
 
 

@@ -18,7 +18,7 @@ LENGTH = 200.0
 """The example's duration [s]."""
 
 SETTLED = 1e-2
-"""Limit of |q_ev| below which a manoeuvre counts as complete: 1.1 degrees."""
+"""Limit of ``|q_ev|`` below which a manoeuvre counts as complete: 1.1 degrees."""
 
 FIRST, SECOND, LATE = (0.0, 40.0), (80.0, LENGTH), (160.0, LENGTH)
 """The manoeuvres of Table 1, and the end [s]."""
@@ -34,29 +34,29 @@ def during(recording: Recording, window: tuple[float, float]) -> npt.NDArray[np.
 
 
 def pointing(recording: Recording) -> FloatArray:
-    """Return |q_ev| (T + 1,) of the first spacecraft."""
+    """Return ``|q_ev|`` (T + 1,) of the first spacecraft."""
     return np.asarray(np.sin(0.5 * np.radians(recording.error[:, 0])))
 
 
 def largest(recording: Recording, window: tuple[float, float]) -> float:
-    """Return the largest |q_ev| in a window."""
+    """Return the largest ``|q_ev|`` in a window."""
     return float(pointing(recording)[during(recording, window)].max())
 
 
 def final(recording: Recording) -> float:
-    """Return the largest |q_ev| from 160 to 200 s."""
+    """Return the largest ``|q_ev|`` from 160 to 200 s."""
     return largest(recording, LATE)
 
 
 def settling(recording: Recording, window: tuple[float, float]) -> float:
-    """Return the time from the start of a window until |q_ev| stays below 0.01 in it [s]; infinity if never."""
+    """Return the time from the start of a window until ``|q_ev|`` stays below 0.01 in it [s]; infinity if never."""
     inside = during(recording, window)
     when = recording.time[inside]
     return below_from(when - when[0], pointing(recording)[inside], SETTLED)
 
 
 def rate_error(recording: Recording, window: tuple[float, float]) -> float:
-    """Return the largest |w - w^| in a window [rad/s]."""
+    """Return the largest ``|w - w^|`` in a window [rad/s]."""
     assert recording.rate_mismatch is not None
     size = np.linalg.norm(recording.rate_mismatch[:, 0], axis=1)
     return float(size[during(recording, window)[:-1]].max())
@@ -106,7 +106,7 @@ def energy_at(recording: Recording, moment: float) -> float:
 
 
 def virtual_control(recording: Recording) -> tuple[float, float]:
-    """Return the largest |s| [rad/s] and |sum h_i K_i s| [N m] at the starts of the manoeuvres; published gains."""
+    """Return the largest ``|s|`` [rad/s] and ``|sum h_i K_i s|`` [N m] at the manoeuvres' starts; published gains."""
     sets, feedback = TriangularSets(), synthesis.published().controller.feedback
     attitude, reference = (quaternion_from_mrp(part[:, 0]) for part in (recording.attitude, recording.reference))
     variable = recording.rate[:, 0] + 2.0 * quaternion_error(attitude, reference)[:, 1:]
@@ -133,7 +133,7 @@ def lag(recording: Recording) -> float:
 
 
 def axis_errors(recording: Recording) -> tuple[float, float]:
-    """Return the largest |sigma_i - sigma_d,i| from 160 to 200 s on the axes of the two faults."""
+    """Return the largest ``|sigma_i - sigma_d,i|`` from 160 to 200 s on the axes of the two faults."""
     late = during(recording, LATE)
     errors = np.abs(recording.attitude[late, 0] - recording.reference[late, 0]).max(axis=0)
     return float(errors[0]), float(errors[1])

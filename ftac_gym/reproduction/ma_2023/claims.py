@@ -111,7 +111,7 @@ def _convergence(flights: Recordings) -> dict[str, Finding]:
 
 
 def long_ways(flights: Recordings, name: str) -> tuple[int, int]:
-    """Return the number of long ways round, and that of the starts beyond the hysteresis, |e_4| > 0.1."""
+    """Return the number of long ways round, and that of the starts beyond the hysteresis, ``|e_4|`` > 0.1."""
     beyond = [angle for angle in ANGLES if np.cos(np.radians(0.5 * angle)) > ETA]
     others = [measures.went_round(flights[f"way: {name}, {angle} deg, {sign}"]) for angle in beyond for sign in SIGNS]
     return sum(int(other.sum()) for other in others), sum(len(other) for other in others)

@@ -110,7 +110,7 @@ def printed_bound(scenario: Scenario, effectiveness: float) -> float:
 
 
 def compensating(recording: Recording, share: float) -> float:
-    """Return the share of time in which (36) holds along a flight of HSFC: w_e'G u2 <= -(1 - g0) |u1| |w_e|.
+    """Return the share of time in which (36) holds along a flight of HSFC: w_e'G u2 <= -(1 - g0) ``|u1|`` ``|w_e|``.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def small(angle: float) -> str:
 
 
 def creeping(recording: Recording) -> tuple[float, float]:
-    """Return the largest |w_e,i| after 10 s [rad/s], and the share of that time with all of them within the layer."""
+    """Return the largest ``|w_e,i|`` after 10 s [rad/s], and the share of that time with all within the layer."""
     speed = np.abs(rate_error(recording)[recording.time > 10.0, 0]).max(axis=1)
     return float(speed.max()), float(np.mean(speed <= LAYER))
 
@@ -166,10 +166,10 @@ def resonance(recording: Recording, smoothing: float = 0.05) -> tuple[float, flo
 
 
 def margins(recording: Recording, until: float) -> FloatArray:
-    """Return g^2 - 2 alpha k |e_v|^2 / delta where S first comes within the layer, (N,); nan if not before a time [s].
+    """Return g^2 - 2 alpha k ``|e_v|^2`` / delta where S first comes within the layer, (N,); nan if after a time [s].
 
-    There e_v' = -g^2 e_v / 2 and (g^2)' = -2 alpha k |e_v|^2 g^2 / delta, near the target. The difference is constant
-    and equals the final g^2.
+    There e_v' = -g^2 e_v / 2 and (g^2)' = -2 alpha k ``|e_v|^2`` g^2 / delta, near the target. The difference is
+    constant and equals the final g^2.
     """
     gamma, gains = recording.memory["gamma"][recording.time < until, :, 0], recording.plan.gains
     axis = signed_error(recording)[: len(gamma), :, 1:]

@@ -38,7 +38,7 @@ def estimates_hold(recording: Recording) -> bool:
 
 
 def rate_mismatch(recording: Recording) -> float:
-    """Return the largest |w~|_1 after the first second [rad/s]."""
+    """Return the largest ``|w~|_1`` after the first second [rad/s]."""
     assert recording.rate_mismatch is not None
     return float(np.abs(recording.rate_mismatch[recording.time[:-1] > 1.0]).sum(axis=2).max())
 
