@@ -164,7 +164,7 @@ class Recording:
         return np.asarray(bound.margin(self.attitude[:, 0], self.time).min(axis=1))
 
     def component_accuracy(self) -> FloatArray:
-        """Return the largest |sigma_i - sigma_d,i| of the last 10 s, (3,), as the angle 4 atan [deg]."""
+        """Return the largest ``|sigma_i - sigma_d,i|`` of the last 10 s, (3,), as the angle 4 atan [deg]."""
         late = self.last()
         difference = np.abs(self.attitude[late] - self.reference[late]).max(axis=(0, 1))
         return np.asarray(np.degrees(4.0 * np.arctan(difference)))
@@ -192,7 +192,7 @@ class Recording:
         return float(self.at_limit().mean())
 
     def estimate_error(self, window: float = 10.0) -> FloatArray:
-        """Return the largest |e^ - e| of each wheel of the first spacecraft in the last ``window`` seconds, (m,).
+        """Return the largest ``|e^ - e|`` of each wheel of the first spacecraft in the last ``window`` seconds, (m,).
 
         Raises
         ------

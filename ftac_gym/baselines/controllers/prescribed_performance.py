@@ -41,7 +41,7 @@ class PrescribedPerformance(RelativeController):
     """The error transformation of Chen et al. 2018 for sampled control at about 10 Hz.
 
     With epsilon, r and theta of :class:`~ftac_gym.baselines.components.error_transformation.ErrorTransformation` for
-    the error MRP sigma_e, which is always on the short branch:
+    the error MRP sigma_e, which is always on the short branch::
 
         a    = G^-1 r^-1 [-k1 epsilon - theta]
         s    = w_e - a
