@@ -37,9 +37,9 @@ class ChenFuzzyGains(ChenGains):
 class ChenController(DirectController):
     """A controller on sigma of the attitude error and w, for a reference at rest.
 
-    With ``shadow_switch`` sigma changes to its shadow, -sigma/|sigma|^2, beyond 180 degrees. Without it sigma starts
-    with the sign of the quaternion and goes to zero from there, from beyond 180 degrees the long way round. It is then
-    infinite at 360 degrees.
+    With ``shadow_switch`` sigma changes to its shadow, -sigma/``|sigma|^2``, beyond 180 degrees. Without it sigma
+    starts with the sign of the quaternion and goes to zero from there, from beyond 180 degrees the long way round. It
+    is then infinite at 360 degrees.
 
     Raises
     ------

@@ -51,12 +51,12 @@ class ShapedPD(PDDisturbanceObserver):
     """``pd_dob`` about a shaped slew instead of about the set point.
 
     The first call, and each after a change of the set point, plans a motion from the attitude q_0 and rate w_0 to the
-    set point:
+    set point::
 
         q_d(t) = q_0 (x) [n theta(t)] (x) [m phi(t)],    w_d = m phi' + C(m phi) n theta'
 
-    where [.] is the quaternion of a rotation vector. phi removes w_0 about its own axis m, from phi' = |w_0| to rest;
-    theta turns from rest to rest about the axis n that leads to the set point from the end of that stop. Both are
+    where [.] is the quaternion of a rotation vector. phi removes w_0 about its own axis m, from phi' = ``|w_0|`` to
+    rest; theta turns from rest to rest about the axis n that leads to the set point from the end of that stop. Both are
     accelerated by at most a share of the acceleration that healthy wheels can give about their axes. The rest is for
     feedback, weak wheels and the gyroscopic torque. Both are convolved with an input shaper for the clamped modes
     (:mod:`~ftac_gym.baselines.components.input_shaping`; Singer and Seering 1990). phi stays small, so that w_d' is
