@@ -197,11 +197,13 @@ def sense(
         if blind and tick > 0:
             # The rate measured now carries the attitude measured a period ago forward.
             mean = scale3(0.5, add3(seen, 1.0, row3(measured_rate, i)))
-            measured = quaternion_product(row4(measured_attitude, i), rotation(scale3(period, mean)))
+            carried = quaternion_product(row4(measured_attitude, i), rotation(scale3(period, mean)))
+            # Stored in both branches: the compiler rounds a common normalisation in another way.
+            store_unit(measured_attitude, i, carried)
         else:
             half = 0.5 * sensor.attitude_noise
             measured = quaternion_product(row4(attitude, i), (1.0, half * noise_0, half * noise_1, half * noise_2))
             if turn[0] != 0.0 or turn[1] != 0.0 or turn[2] != 0.0:
                 measured = quaternion_product(measured, rotation(turn))
-        store_unit(measured_attitude, i, measured)
+            store_unit(measured_attitude, i, measured)
         store3(measured_rate, i, seen)
