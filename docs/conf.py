@@ -5,7 +5,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import pkgutil
 import re
 import sys
 from importlib.util import find_spec
@@ -37,7 +39,7 @@ extensions = [
     "sphinx_copybutton",
     "sphinx_design",
 ]
-exclude_patterns = ["_build", "**/.ipynb_checkpoints"]
+exclude_patterns = ["_build", "**/.ipynb_checkpoints", "api/generated/modules.rst"]
 
 html_theme = "furo"
 # MathJax is part of the site: formulas need no network.
@@ -77,8 +79,7 @@ INVENTORIES = {
 }
 intersphinx_mapping = {name: (url, None) for name, url in INVENTORIES.items() if os.environ.get("DOCS_INTERSPHINX")}
 nitpicky = True
-# Names of other packages, private names and type variables have no page here.
-nitpick_ignore_regex = [("py:.*", pattern) for pattern in (r"(?!ftac_gym)[a-z_\d]+\..*", r"(.*\.)?(_\w+|[A-Z])")]
+nitpick_ignore_regex = [("py:.*", r"(?!ftac_gym)[a-z_\d]+\..*|BaseAlgorithm|VecNormalize")]  # of other packages
 
 
 def shorten(*event: Any) -> tuple[str | None, ...]:
@@ -93,13 +94,15 @@ def mark_headings(*event: Any) -> None:
 
 
 def follow_import(app: Any, env: Any, node: Any, content: Any) -> Any:
-    """Lead a name that a package imports, such as ``ftac_gym.faults.Bias``, to the module that defines it."""
-    package, _, name = node["reftarget"].rpartition(".")
-    if node.get("refdomain") == "py" and package.startswith("ftac_gym"):
-        found = getattr(sys.modules.get(package), name, None)
-        target = f"{getattr(found, '__module__', package)}.{getattr(found, '__qualname__', name)}"
-        places = env.domains["py"].resolve_any_xref(env, node["refdoc"], app.builder, target, node, content)
-        return places[0][1] if places else None
+    """Lead a name that a module imports, such as ``ftac_gym.faults.Bias``, to the module that defines it."""
+    for name in (node["reftarget"], f"{node.get('py:module')}.{node['reftarget']}"):
+        if node.get("refdomain") == "py" and name.startswith("ftac_gym."):
+            with contextlib.suppress(ImportError, AttributeError):
+                found = pkgutil.resolve_name(name)
+                target = f"{getattr(found, '__module__', '')}.{getattr(found, '__qualname__', '')}"
+                places = env.domains["py"].resolve_any_xref(env, node["refdoc"], app.builder, target, node, content)
+                return places[0][1] if places else content  # a name without an entry of its own stays text
+    return None
 
 
 def setup(app: Any) -> None:
