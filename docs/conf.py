@@ -97,7 +97,7 @@ def follow_import(app: Any, env: Any, node: Any, content: Any) -> Any:
     """Lead a name that a module imports, such as ``ftac_gym.faults.Bias``, to the module that defines it."""
     for name in (node["reftarget"], f"{node.get('py:module')}.{node['reftarget']}"):
         if node.get("refdomain") == "py" and name.startswith("ftac_gym."):
-            with contextlib.suppress(ImportError, AttributeError):
+            with contextlib.suppress(ImportError, AttributeError, ValueError):
                 found = pkgutil.resolve_name(name)
                 target = f"{getattr(found, '__module__', '')}.{getattr(found, '__qualname__', '')}"
                 places = env.domains["py"].resolve_any_xref(env, node["refdoc"], app.builder, target, node, content)

@@ -31,8 +31,8 @@ def fault_estimates(estimates: Mapping[str, EstimateHistory]) -> Figure:
     Parameters
     ----------
     estimates
-        Results of :func:`estimates_along` for the same single episode, by observer; of several episodes the first is
-        drawn.
+        Results of :func:`~ftac_gym.plots.estimates_along` for the same single episode, by observer; of several episodes
+        the first is drawn.
 
     Raises
     ------

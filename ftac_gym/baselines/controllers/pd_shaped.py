@@ -64,8 +64,8 @@ class ShapedPD(PDDisturbanceObserver):
 
     The torque is that of ``pd_dob`` for the errors with respect to q_d and w_d, with a feed-forward of J times the mean
     w_d' of the coming period. A spacecraft that falls behind because of a fault brakes in time by the profile of
-    :class:`PD`. Far from the plan the controller is ``pd_dob``, without a state that could wind up, and the plan ends
-    at the set point.
+    :class:`~ftac_gym.baselines.controllers.pd.PD`. Far from the plan the controller is ``pd_dob``, without a state that
+    could wind up, and the plan ends at the set point.
 
     Raises
     ------

@@ -57,7 +57,7 @@ class PrescribedPerformance(RelativeController):
     Raises
     ------
     ValueError
-        If a gain breaks a rule; :meth:`act` if a spacecraft starts outside its bounds.
+        If a gain breaks a rule; ``act`` if a spacecraft starts outside its bounds.
     """
 
     gains = PrescribedPerformanceGains()
