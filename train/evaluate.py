@@ -17,8 +17,6 @@ For example:
     python train/evaluate.py --seed 3 --episodes 100
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path

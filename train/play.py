@@ -12,8 +12,6 @@ For example:
     python train/play.py --policy nftsm --against pd_dob --fault seizure:2@15 --speed 4 --output results/seizure.mp4
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -10,8 +10,6 @@ For example:
     python train/study.py --seeds 3 --workers 2 --actions residual --memories none estimate
 """
 
-from __future__ import annotations
-
 import csv
 import subprocess
 import sys

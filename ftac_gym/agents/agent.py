@@ -192,8 +192,8 @@ class Agent:
         ValueError
             If the agent's spaces do not fit the environment.
         """
-        wrapped: VectorEnv[Any, Any, Any] = self.interface.wrap(env)
-        given, trained = wrapped.single_observation_space.shape or (), self._sizes[1]
+        wrapped = self.interface.wrap(env)
+        given, trained = wrapped.single_observation_space.shape, self._sizes[1]
         rule = f"must have been trained on observations of {given[0]} entries, as {env.scenario.name} gives in the "
         rule += f"{self.tier} tier: fly it on the scenario of its card, or train one for this"
         require(given == (trained,), "agent", rule, trained)

@@ -1,7 +1,5 @@
 """Folders of agents: a design with one agent for each training seed, and those that come with the package."""
 
-from __future__ import annotations
-
 import csv
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Rollouts, metrics, statistics, comparisons, benchmarks and tuning."""
 
-from __future__ import annotations
-
 from ftac_gym.evaluation.batches import Evaluation, evaluate
 from ftac_gym.evaluation.compare import Row, compare, fault_classes
 from ftac_gym.evaluation.metrics import Rollout, episode_metrics, summarize

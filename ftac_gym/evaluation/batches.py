@@ -1,7 +1,5 @@
 """Evaluation of a policy in batches of episodes, whose stored results survive a kill."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Benchmark: all entries on all splits, in parallel, with stored results that survive a kill."""
 
-from __future__ import annotations
-
 import warnings
 from collections import defaultdict
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Comparison of policies on identical episodes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Entries of a benchmark: baselines with default and tuned gains, and agents over their training seeds."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from copy import copy
@@ -9,15 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ftac_gym import baselines
 from ftac_gym.agents.agent import CARD_FILE, Agent
 from ftac_gym.agents.shipped import agent_folders, training_curve
 from ftac_gym.baselines import tuned
 from ftac_gym.baselines.custom import label
-from ftac_gym.envs import SpacecraftFTCVectorEnv
-from ftac_gym.policies import DeferredBaseline, Policy, resolve
+from ftac_gym.policies import DeferredBaseline, Policy, PolicyRunner, resolve
 from ftac_gym.policies.resolve import TUNED, agent_path
 from ftac_gym.scenarios import SPLITS
 from ftac_gym.task.scenario import Scenario
@@ -101,7 +96,7 @@ def entries_of(names: Sequence[baselines.BaselineLike | Path], scenario: Scenari
 
 
 def fitted(entry: Entry, scenarios: Sequence[Scenario]) -> tuple[Policy, ...]:
-    """Return the policies of an entry, after all of them have acted once in every scenario.
+    """Return the policies of an entry, after all of them have acted in every scenario.
 
     Raises
     ------
@@ -121,7 +116,7 @@ def fitted(entry: Entry, scenarios: Sequence[Scenario]) -> tuple[Policy, ...]:
 
 
 def check_fit(policy: Policy, scenarios: Sequence[Scenario]) -> None:
-    """Let a policy act once in every scenario.
+    """Let a policy act for a control period in every scenario.
 
     Raises
     ------
@@ -129,16 +124,10 @@ def check_fit(policy: Policy, scenarios: Sequence[Scenario]) -> None:
         If it does not fit one of them; the message names the remedy.
     """
     for scenario in scenarios:
-        _first_action(policy, scenario)
-
-
-def _first_action(policy: Policy, scenario: Scenario) -> Any:
-    """Return the first action of a policy, on one spacecraft."""
-    # A copy: an attached policy holds its environment, and would carry it along from then on.
-    policy = copy(policy)
-    env = SpacecraftFTCVectorEnv(num_envs=1, scenario=scenario, observation=policy.tier)
-    observation, _ = policy.attach(env).reset(seed=0)
-    return policy.predict(observation, None, np.ones(1, dtype=np.bool_), True)[0]
+        # An attached policy holds its environment, so a copy is attached.
+        runner = PolicyRunner(scenario, copy(policy))
+        runner.reset(scenario.draw(0, 1))
+        runner.step()
 
 
 def _family(scenario: Scenario) -> str:
@@ -162,16 +151,15 @@ def _baseline(name: Any, scenario: Scenario) -> Entry:
 
 def _every_baseline(scenario: Scenario) -> list[Entry]:
     entries = []
-    in_family = [law for law in tuned.names() if tuned.record(law)["provenance"]["scenario"] == _family(scenario)]
-    for law in baselines.names():
-        for name in (f"{law}{TUNED}", law) if law in in_family else (law,):
+    in_family = [name for name in tuned.names() if tuned.record(name)["provenance"]["scenario"] == _family(scenario)]
+    for baseline in baselines.names():
+        for name in (f"{baseline}{TUNED}", baseline) if baseline in in_family else (baseline,):
             try:
                 entry = _baseline(name, scenario)
-                finite = np.isfinite(_first_action(entry.policies[0], scenario)).all()
+                check_fit(entry.policies[0], [scenario])
             except ValueError:
-                continue  # the baseline is for another spacecraft or reference
-            if finite:
-                entries.append(entry)
+                continue  # the baseline is for another spacecraft or reference, or gives no finite command
+            entries.append(entry)
     return entries
 
 

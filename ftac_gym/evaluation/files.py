@@ -1,7 +1,5 @@
 """CSV files of comparisons."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Sequence
 from pathlib import Path

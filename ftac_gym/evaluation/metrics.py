@@ -1,7 +1,5 @@
 """Time histories of episodes, and their metrics, one value for each episode."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -204,8 +202,7 @@ def _settled_from(on_target: npt.NDArray[np.bool_]) -> npt.NDArray[np.int64]:
     """Return the first step after which each spacecraft (steps, N) stays on target; the number of steps if none."""
     outside = ~on_target
     last_outside = len(outside) - 1 - np.argmax(outside[::-1], axis=0)
-    settled: npt.NDArray[np.int64] = np.where(outside.any(axis=0), last_outside + 1, 0)
-    return settled
+    return np.where(outside.any(axis=0), last_outside + 1, 0)
 
 
 def summarize(metrics: Metrics) -> dict[str, float]:

@@ -1,7 +1,5 @@
 """Flights of a policy through episodes, with their time histories."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

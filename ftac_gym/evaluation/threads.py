@@ -1,7 +1,5 @@
 """PyTorch on one thread: small networks gain nothing from several, and sums depend on their number."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Cost of a control step: the only clock in evaluations."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from copy import copy

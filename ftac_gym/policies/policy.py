@@ -1,7 +1,5 @@
 """The interface of everything that acts, and adapters to it."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from functools import partial

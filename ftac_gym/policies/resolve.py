@@ -1,7 +1,5 @@
 """Resolution of policies: from names, paths, classes, models and functions."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Control of N spacecraft by a policy, one control period at a time."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

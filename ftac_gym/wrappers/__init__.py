@@ -1,7 +1,5 @@
 """Wrappers for single and vector environments; those that need Stable-Baselines3 are imported at their first use."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING, Any
 
 from ftac_gym.wrappers.action_hold import ActionHold

@@ -1,7 +1,5 @@
 """Actions that are held for several control periods: by an environment, and by a policy."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Estimates of the faults beside the observation: those of an observer, or the truth."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Gains of a baseline, set by an agent in every control period."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -90,8 +88,7 @@ class Scheduling(BaseTransform):
         share = np.clip(actions, -1.0, 1.0)
         end = np.where(share > 0.0, self._high, self._low)
         # No rounding at zero: a ratio to the power of zero is one.
-        values: FloatArray = np.clip(self._default * (end / self._default) ** np.abs(share), self._low, self._high)
-        return values
+        return np.clip(self._default * (end / self._default) ** np.abs(share), self._low, self._high)
 
     def command(self, actions: npt.NDArray[Any]) -> FloatArray:
         """Return the base's actions at the present measurement with the gains for the actions (N, k)."""

@@ -1,7 +1,5 @@
 """Observations of the past beside the present one."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Corrections of a baseline by an agent: action = clip(base + authority * residual)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -74,8 +72,7 @@ class AuthorityProfile:
         if self.torque_threshold is not None:
             opened = np.minimum(torque / self.torque_threshold, 1.0)
             share = np.where(angle < TORQUE_ANGLE, np.maximum(share, opened), share)
-        authority: FloatArray = self.authority * share
-        return authority
+        return self.authority * share
 
 
 class UnmodelledTorque:
@@ -190,8 +187,7 @@ class Residual(BaseTransform):
     def command(self, actions: npt.NDArray[Any]) -> FloatArray:
         """Return the base actions corrected by the residuals (N, wheels)."""
         residual = np.asarray(actions, dtype=np.float64)
-        total: FloatArray = np.clip(self.base_action + self._authority * residual, -1.0, 1.0)
-        return total
+        return np.clip(self.base_action + self._authority * residual, -1.0, 1.0)
 
     def observe(self, observation: Observation, mask: BoolArray) -> Observation:
         """Let the base act on the present measurement, for the spacecraft in the mask (N,), and show its action."""

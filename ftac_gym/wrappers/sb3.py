@@ -1,7 +1,5 @@
 """Adapter from vector environments of this package to Stable-Baselines3's ``VecEnv``."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 
@@ -52,8 +50,7 @@ class SB3VecEnv(VecEnv):
 
     def measurement(self, truth: bool = False) -> Measurement:
         """Return the present measurement of the spacecraft, with the truth about the faults for an oracle."""
-        measurement: Measurement = self.env.unwrapped.measurement(truth)  # type: ignore[attr-defined]
-        return measurement
+        return self.env.unwrapped.measurement(truth)  # type: ignore[attr-defined]
 
     def reset(self) -> npt.NDArray[Any]:
         """Reset all spacecraft with the seeds and the options that were set."""

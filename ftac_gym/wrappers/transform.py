@@ -1,7 +1,5 @@
 """Transforms of actions and observations, and the wrappers that put them around single and vector environments."""
 
-from __future__ import annotations
-
 import functools
 import inspect
 from collections.abc import Callable
@@ -94,7 +92,7 @@ class Transform:
         truth
             Whether to add the truth about the faults.
         """
-        measurement: Measurement = self.inner.measurement(truth=truth)
+        measurement = self.inner.measurement(truth=truth)
         started = mask & (measurement.time == 0.0)
         if started.any():
             reset(started)
