@@ -1,4 +1,4 @@
-"""External torques: a constant plus harmonics, optionally growing with the body rate."""
+"""External torques: a constant and harmonics, with a factor that may grow with the body rate."""
 
 from __future__ import annotations
 
@@ -16,15 +16,17 @@ from ftac_gym.utils.parameters import (
     interval,
     intervals,
     non_negative,
+    normalise,
+    optional,
     require,
 )
 from ftac_gym.utils.serialization import serializable
 
 DISTURBANCE = np.dtype([("constant", "f8", (3,)), ("rate_scaled", "f8"), ("rate_offset", "f8")])
-"""Per craft: constant torque [N m]; flag 1.0 if scaled by (``|w|^2`` + c); the offset c [rad^2/s^2]."""
+"""Per spacecraft: constant torque [N m]; flag 1.0 if scaled by (``|w|^2`` + c); the offset c [rad^2/s^2]."""
 
 HARMONIC = np.dtype([("frequency", "f8"), ("sine", "f8", (3,)), ("cosine", "f8", (3,))])
-"""Per craft and harmonic: frequency [rad/s], amplitudes of sin(f t) and cos(f t) [N m]."""
+"""Per spacecraft and harmonic: frequency [rad/s], amplitudes of sin(f t) and cos(f t) [N m]."""
 
 
 @serializable
@@ -48,15 +50,14 @@ class Harmonic:
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
-        object.__setattr__(self, "amplitude", intervals(self.amplitude, "amplitude"))
-        object.__setattr__(self, "frequency", interval(self.frequency, "frequency"))
-        object.__setattr__(self, "phase", intervals(self.phase, "phase"))
+        normalise(self, intervals, "amplitude", "phase")
+        normalise(self, interval, "frequency")
 
 
 @serializable
 @dataclass(frozen=True)
 class Disturbance:
-    """External torque d(t) = constant + sum of harmonics, in body axes.
+    """External torque d(t), a constant and the sum of harmonics, in body axes.
 
     Parameters
     ----------
@@ -65,7 +66,7 @@ class Disturbance:
     harmonics
         The harmonics; each episode draws its own amplitudes, frequencies and phases.
     rate_offset
-        If given, c in the factor (``|w|^2`` + c) that multiplies the whole torque (Chen et al. 2018, eq. (62)).
+        c of the factor (``|w|^2`` + c) on the whole torque (Chen et al. 2018, Eq. (62)); None for no such factor.
     """
 
     constant: Intervals = (0.0, 0.0, 0.0)
@@ -74,18 +75,17 @@ class Disturbance:
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
-        object.__setattr__(self, "constant", intervals(self.constant, "constant"))
+        normalise(self, intervals, "constant")
+        normalise(self, optional(non_negative), "rate_offset")
         valid = isinstance(self.harmonics, (tuple, list))
         require(valid, "harmonics", "must be a tuple of Harmonic objects", self.harmonics)
         object.__setattr__(self, "harmonics", tuple(self.harmonics))
         for harmonic in self.harmonics:
             require(isinstance(harmonic, Harmonic), "harmonics", "must hold Harmonic objects", harmonic)
-        if self.rate_offset is not None:
-            object.__setattr__(self, "rate_offset", non_negative(self.rate_offset, "rate_offset"))
 
     @property
     def uniform_count(self) -> int:
-        """How many uniform deviates one episode needs."""
+        """Number of uniform deviates of one episode."""
         return 3 + 7 * len(self.harmonics)
 
     def draw(

@@ -1,4 +1,4 @@
-"""The true inertia of a craft: what the designer does not know."""
+"""True inertia of a spacecraft, which differs from the nominal one."""
 
 from __future__ import annotations
 
@@ -7,23 +7,23 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.utils.parameters import FloatArray, Matrix, Vector, matrix, non_negative, require, vector
+from ftac_gym.utils.parameters import FloatArray, Matrix, Vector, matrix, non_negative, normalise, require, rows, vector
 from ftac_gym.utils.serialization import serializable
 
 INERTIA = np.dtype(
     [("constant", "f8", (3, 3)), ("amplitude", "f8", (3,)), ("frequency", "f8", (3,)), ("phase", "f8", (3,))]
 )
-"""Per craft: J(t) = constant + diag(amplitude * sin(frequency * t + phase)) [kg m^2, rad/s, rad]."""
+"""Per spacecraft: J(t) = constant + diag(amplitude * sin(frequency * t + phase)) [kg m^2, rad/s, rad]."""
 
 
 @serializable
 @dataclass(frozen=True)
 class InertiaUncertainty:
-    """How the true inertia differs from the nominal one.
+    """Difference of the true inertia from the nominal one.
 
-    The random part acts on the mass distribution, not on the inertia: with the second moment of mass
-    S = tr(J)/2 I - J, the true one is (I + E) S (I + E)' for a random symmetric stretch E, so that every drawn inertia
-    belongs to some body (positive definite, triangle inequality kept), however large the uncertainty.
+    The random part acts on the mass distribution, not on the inertia. With the second moment of mass
+    S = tr(J)/2 I - J, the true one is (I + E) S (I + E)' for a random symmetric stretch E. Every drawn inertia then
+    belongs to some body (positive definite, triangle inequality kept), however large the uncertainty is.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class InertiaUncertainty:
     amplitude, frequency, phase
         The varying part diag(amplitude sin(frequency t + phase)) of the papers [kg m^2, rad/s, rad].
     rate_torque
-        Whether Euler's equation has the term -J' w that a varying inertia causes. The papers leave it out.
+        Whether Euler's equation has the term -J' w of a varying inertia. The papers leave it out.
     """
 
     relative: float = 0.0
@@ -47,22 +47,21 @@ class InertiaUncertainty:
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
-        object.__setattr__(self, "relative", non_negative(self.relative, "relative"))
+        normalise(self, non_negative, "relative")
         require(self.relative < 1.0, "relative", "must be below 1", self.relative)
         if self.offset is not None:
             offset = matrix(self.offset, 3, 3, "offset")
             require(bool(np.allclose(offset, offset.T)), "offset", "must be symmetric", self.offset)
-            object.__setattr__(self, "offset", tuple(tuple(float(value) for value in row) for row in offset))
-        for name in ("amplitude", "frequency", "phase"):
-            object.__setattr__(self, name, vector(getattr(self, name), 3, name))
+            object.__setattr__(self, "offset", rows(offset))
+        normalise(self, lambda value, name: vector(value, 3, name), "amplitude", "frequency", "phase")
 
     @property
     def uniform_count(self) -> int:
-        """How many uniform deviates one episode needs."""
+        """Number of uniform deviates of one episode."""
         return 6
 
     def draw(self, nominal: FloatArray, uniform: FloatArray) -> npt.NDArray[np.void]:
-        """Draw the true inertia of N craft.
+        """Draw the true inertia of N spacecraft.
 
         Parameters
         ----------
@@ -95,14 +94,13 @@ class InertiaUncertainty:
             table["constant"] += np.array(self.offset)
         lowest = np.linalg.eigvalsh(table["constant"] - np.diag(np.abs(self.amplitude)))[:, 0].min(initial=np.inf)
         require(bool(lowest > 0.0), "inertia_uncertainty", "must keep the inertia positive definite", float(lowest))
-        table["amplitude"] = self.amplitude
-        table["frequency"] = self.frequency
-        table["phase"] = self.phase
+        for name in ("amplitude", "frequency", "phase"):
+            table[name] = getattr(self, name)
         return table
 
 
 def exact_inertia(nominal: FloatArray, count: int) -> npt.NDArray[np.void]:
-    """Return INERTIA records (count,) of craft whose true inertia is the nominal one."""
+    """Return INERTIA records (count,) of spacecraft whose true inertia is the nominal one."""
     table = np.zeros(count, INERTIA)
     table["constant"] = nominal
     return table

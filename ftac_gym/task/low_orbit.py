@@ -1,19 +1,20 @@
 """External torque in a low orbit, from models of gravity gradient, magnetic dipole, air drag and sunlight.
 
-The craft is taken to hold an inertial attitude in a circular orbit. Then each model is a finite Fourier series in the
-argument of latitude, exact without any fit: a constant and harmonics at the orbital rate n and at 2n, which is what
-the records of `ftac_gym.task.disturbances` hold. Three things are simpler than in orbit:
+The spacecraft holds an inertial attitude in a circular orbit. Then each model is a finite Fourier series in the
+argument of latitude, exact without any fit: a constant and harmonics at the orbital rate n and at 2n. The records of
+`ftac_gym.task.disturbances` hold such a series. Three assumptions simplify the orbit:
 
-* The torques are those of one attitude, the target. They differ while the craft turns, and with any other target that
-  comes after; beside wheels a thousand times as strong this does not matter, as their size and frequencies stay alike.
+* The torques are those of one attitude, the target. They differ while the spacecraft turns and for later targets, but
+  keep their size and frequencies; beside wheels a thousand times as strong the difference does not matter.
 * The Earth's field is a dipole along its axis (not tilted), and the air does not turn with the Earth.
-* The craft is never in the shadow of the Earth, and shows the air and the Sun the same area from every side.
+* There is no shadow of the Earth, and the areas across air and sunlight are the same from every side.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -23,10 +24,11 @@ from ftac_gym.task.disturbances import DISTURBANCE, HARMONIC
 from ftac_gym.utils.parameters import (
     FloatArray,
     Interval,
-    bounds,
     draw,
     interval,
     non_negative,
+    non_negative_interval,
+    normalise,
     require,
     uniform_directions,
 )
@@ -68,13 +70,12 @@ activity.
 def atmospheric_density(altitude: FloatArray) -> FloatArray:
     """Return the density of the air [kg/m^3] at altitudes [m] within the table ATMOSPHERE; the range is not checked."""
     base, density, scale_height = ATMOSPHERE[np.searchsorted(ATMOSPHERE[:, 0], altitude, side="right") - 1].T
-    thinned: FloatArray = density * np.exp((base - altitude) / scale_height)
-    return thinned
+    return density * np.exp((base - altitude) / scale_height)
 
 
 @dataclass(frozen=True)
 class OrbitGeometry:
-    """What N craft drew: their orbits, seen from body axes, and what the environment acts upon.
+    """Drawn orbits of N spacecraft, seen from body axes, with the areas and the dipole that the environment acts upon.
 
     Parameters
     ----------
@@ -85,7 +86,7 @@ class OrbitGeometry:
     node, transverse, normal
         (N, 3) unit vectors in body axes: to the ascending node, 90 deg ahead of it in the orbit, normal to the orbit.
     latitude_argument
-        (N,) angle of the craft from the node at time zero [rad].
+        (N,) angle of the spacecraft from the node at time zero [rad].
     sunlight
         (N, 3) unit vector in which sunlight travels, in body axes.
     pressure_offset
@@ -119,8 +120,7 @@ class OrbitGeometry:
     @property
     def orbital_rate(self) -> FloatArray:
         """Orbital rate n [rad/s], array (N,)."""
-        rate: FloatArray = np.sqrt(GRAVITATIONAL_PARAMETER / self.radius**3)
-        return rate
+        return np.sqrt(GRAVITATIONAL_PARAMETER / self.radius**3)
 
 
 Series = tuple[FloatArray, FloatArray, FloatArray]
@@ -130,11 +130,11 @@ Series = tuple[FloatArray, FloatArray, FloatArray]
 @serializable
 @dataclass(frozen=True)
 class LowOrbitTorque:
-    """Distribution of the external torque on a craft that holds an inertial attitude in a circular low orbit.
+    """Distribution of the external torque on a spacecraft that holds an inertial attitude in a circular low orbit.
 
-    Each episode draws an orbit, how it lies relative to the body (uniform over all rotations), where the craft starts
-    on it (uniform), the direction of sunlight (uniform), and the numbers below. With the defaults the largest torque
-    over an orbit of a body of about 20 kg m^2 lies between 1e-6 and 2e-4 N m.
+    Each episode draws the numbers below, and uniformly the orientation of the orbit relative to the body, the start on
+    the orbit and the direction of sunlight. With the defaults, the largest torque over an orbit of a body of
+    about 20 kg m^2 lies between 1e-6 and 2e-4 N m.
 
     Parameters
     ----------
@@ -154,10 +154,10 @@ class LowOrbitTorque:
         Distance of the centre of pressure from the centre of mass [m], in a uniform direction; the same for air and
         sunlight.
     residual_dipole
-        Magnetic dipole that is left in the craft [A m^2], in a uniform direction.
+        Residual magnetic dipole of the spacecraft [A m^2], in a uniform direction.
     density_factor
-        Solar activity: a factor on the density of the table ATMOSPHERE. Averaged over the globe, NRLMSISE-00 has 0.18,
-        1.1 and 2.8 times the table's density at 400 km for F10.7 of 68, 150 and 230, and 0.11, 1.3 and 5.4 at 600 km.
+        Solar activity: a factor on the density of the table ATMOSPHERE. Averaged over the globe, NRLMSISE-00 has other
+        multiples for F10.7 of 68, 150 and 230: 0.18, 1.1 and 2.8 at 400 km, and 0.11, 1.3 and 5.4 at 600 km.
 
     Raises
     ------
@@ -178,22 +178,15 @@ class LowOrbitTorque:
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
         sizes = ("drag_area", "solar_area", "pressure_offset", "residual_dipole", "density_factor")
-        for name in ("altitude", "inclination", *sizes):
-            object.__setattr__(self, name, interval(getattr(self, name), name))
-            if name in sizes:
-                require(bounds(getattr(self, name))[0] >= 0.0, name, "must not be negative", getattr(self, name))
-        low, high = bounds(self.altitude)
-        within = ATMOSPHERE[0, 0] <= low and high <= ATMOSPHERE[-1, 0]
-        require(within, "altitude", "must stay within [200e3, 1000e3] m, the table of densities", self.altitude)
-        low, high = bounds(self.inclination)
-        require(low >= 0.0 and high <= math.pi, "inclination", "must stay within [0, pi]", self.inclination)
-        for name in ("drag_coefficient", "reflectivity"):
-            object.__setattr__(self, name, non_negative(getattr(self, name), name))
+        normalise(self, non_negative_interval, *sizes)
+        normalise(self, partial(interval, low=0.0, high=math.pi), "inclination")
+        normalise(self, partial(interval, low=ATMOSPHERE[0, 0], high=ATMOSPHERE[-1, 0]), "altitude")
+        normalise(self, non_negative, "drag_coefficient", "reflectivity")
         require(self.reflectivity <= 1.0, "reflectivity", "must stay within [0, 1]", self.reflectivity)
 
     @property
     def uniform_count(self) -> int:
-        """How many uniform deviates one episode needs."""
+        """Number of uniform deviates of one episode."""
         return 17
 
     def draw(self, uniform: FloatArray, inertia: FloatArray) -> tuple[npt.NDArray[np.void], npt.NDArray[np.void]]:
@@ -204,7 +197,7 @@ class LowOrbitTorque:
         uniform
             (N, uniform_count) uniform deviates in [0, 1).
         inertia
-            (N, 3, 3) true inertia, symmetric, which gravity acts upon [kg m^2]; a part that varies is left out.
+            (N, 3, 3) true inertia, symmetric, for the gravity gradient [kg m^2], without any varying part.
 
         Returns
         -------
@@ -237,7 +230,7 @@ class LowOrbitTorque:
         return steady, table
 
     def geometry(self, uniform: FloatArray) -> OrbitGeometry:
-        """Draw N orbits and craft from uniform deviates (N, uniform_count).
+        """Draw N orbits and spacecraft from uniform deviates (N, uniform_count).
 
         Raises
         ------
@@ -269,7 +262,7 @@ class LowOrbitTorque:
 
 
 def _gravity_gradient(geometry: OrbitGeometry, inertia: FloatArray) -> Series:
-    """Series in 2u of 3 n^2 r x J r, with r = node cos u + transverse sin u the unit vector from the Earth."""
+    """Return the series in 2u of 3 n^2 r x J r, with r = node cos u + transverse sin u pointing away from the Earth."""
     node, transverse = geometry.node, geometry.transverse
     node_moment = np.einsum("nij,nj->ni", inertia, node)
     transverse_moment = np.einsum("nij,nj->ni", inertia, transverse)
@@ -280,9 +273,10 @@ def _gravity_gradient(geometry: OrbitGeometry, inertia: FloatArray) -> Series:
 
 
 def _magnetic(geometry: OrbitGeometry) -> Series:
-    """Series in 2u of m x B, with B = M/R^3 (k - 3 (k.r) r) and k = transverse sin i + normal cos i the Earth's axis.
+    """Return the series in 2u of m x B, with B = M/R^3 (k - 3 (k.r) r).
 
-    The Earth's dipole points south: at the equator the field points north.
+    The Earth's axis is k = transverse sin i + normal cos i. Its dipole points south: at the equator the field points
+    north.
     """
     strength = (MAGNETIC_MOMENT / geometry.radius**3)[:, None]
     sine, cosine = np.sin(geometry.inclination)[:, None], np.cos(geometry.inclination)[:, None]
@@ -293,7 +287,7 @@ def _magnetic(geometry: OrbitGeometry) -> Series:
 
 
 def _drag(geometry: OrbitGeometry, coefficient: float) -> Series:
-    """Series in u of offset x (-1/2 rho V^2 Cd A v), with v = transverse cos u - node sin u the direction of flight."""
+    """Return the series in u of offset x (-1/2 rho V^2 Cd A v), with v = transverse cos u - node sin u along flight."""
     speed = geometry.orbital_rate * geometry.radius
     force = (0.5 * geometry.density * speed**2 * coefficient * geometry.drag_area)[:, None]
     offset = geometry.pressure_offset
@@ -301,6 +295,6 @@ def _drag(geometry: OrbitGeometry, coefficient: float) -> Series:
 
 
 def _sunlight(geometry: OrbitGeometry, reflectivity: float) -> FloatArray:
-    """Constant torque (N, 3) of sunlight, offset x P (1 + reflectivity) A s [N m]."""
+    """Return the constant torque (N, 3) of sunlight, offset x P (1 + reflectivity) A s [N m]."""
     force = (SOLAR_PRESSURE * (1.0 + reflectivity) * geometry.solar_area)[:, None]
     return force * cross(geometry.pressure_offset, geometry.sunlight)

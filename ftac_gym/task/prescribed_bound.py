@@ -1,4 +1,4 @@
-"""A prescribed performance: bounds that shrink with time, within which the attitude error shall stay."""
+"""Prescribed performance: bounds on the attitude error that shrink with time."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.utils.parameters import FloatArray, Vector, non_negative, positive, require, vector
+from ftac_gym.utils.parameters import FloatArray, Vector, non_negative, normalise, optional, positive, require, vector
 from ftac_gym.utils.serialization import serializable
 
 
 class Factors(NamedTuple):
-    """The bounds in units of rho, and how they change: each (..., 3)."""
+    """Bounds in units of rho and their derivatives [1/s], each (..., 3)."""
 
     lower: FloatArray
     upper: FloatArray
@@ -24,16 +24,16 @@ class Factors(NamedTuple):
 @serializable
 @dataclass(frozen=True)
 class PrescribedBound:
-    """-lower_i(t) rho(t) < sigma_i < upper_i(t) rho(t) for the MRP sigma of the attitude error, short branch.
+    """Bound -lower_i(t) rho(t) < sigma_i < upper_i(t) rho(t) for the MRP sigma of the attitude error, short branch.
 
     rho(t) = (initial - final) exp(-decay t) + final, Eq. (21) of Chen et al. 2018. The factors on it are constant, or
-    come down from ``initial_factor`` to their final values as exp(-factor_decay t), Eq. (23); the paper starts them at
-    infinity, which nothing can simulate and which would ask for an infinite rate.
+    decrease from ``initial_factor`` to their final values as exp(-factor_decay t), Eq. (23). The paper starts them at
+    infinity, which cannot be simulated and would ask for an infinite rate.
 
     Parameters
     ----------
     initial, final
-        rho_0 and rho_inf, of which the last is not above the first.
+        rho_0 and rho_inf; the last must not exceed the first.
     decay
         kappa [1/s].
     lower, upper
@@ -59,42 +59,37 @@ class PrescribedBound:
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
-        for name in ("initial", "final"):
-            object.__setattr__(self, name, positive(getattr(self, name), name))
+        normalise(self, positive, "initial", "final")
         require(self.final <= self.initial, "final", f"must not exceed initial = {self.initial!r}", self.final)
-        for name in ("decay", "factor_decay"):
-            object.__setattr__(self, name, non_negative(getattr(self, name), name))
+        normalise(self, non_negative, "decay", "factor_decay")
+        normalise(self, lambda value, name: vector(value, 3, name), "lower", "upper")
         for name in ("lower", "upper"):
-            factors = vector(getattr(self, name), 3, name)
-            require(min(factors) > 0.0, name, "must be positive", factors)
-            object.__setattr__(self, name, factors)
+            require(min(getattr(self, name)) > 0.0, name, "must be positive", getattr(self, name))
+        normalise(self, optional(positive), "initial_factor")
         if self.initial_factor is not None:
-            object.__setattr__(self, "initial_factor", positive(self.initial_factor, "initial_factor"))
             largest = max(*self.lower, *self.upper)
             rule = f"must not be below the final factors, of which the largest is {largest!r}"
             require(self.initial_factor >= largest, "initial_factor", rule, self.initial_factor)
 
     def rho(self, time: npt.ArrayLike) -> FloatArray:
         """Return rho at times of any shape [s]."""
-        fading = np.exp(-self.decay * np.asarray(time, dtype=np.float64))
-        width: FloatArray = (self.initial - self.final) * fading + self.final
-        return width
+        decay = np.exp(-self.decay * np.asarray(time, dtype=np.float64))
+        return (self.initial - self.final) * decay + self.final
 
     def relative_rate(self, time: npt.ArrayLike) -> FloatArray:
         """Return rho' / rho at times of any shape [1/s]."""
         width = self.rho(time)
-        change: FloatArray = -self.decay * (width - self.final) / width
-        return change
+        return -self.decay * (width - self.final) / width
 
     def factors(self, time: npt.ArrayLike) -> Factors:
         """Return the factors on rho and their derivatives [1/s] at times (...) [s], each (..., 3)."""
         moments = np.asarray(time, dtype=np.float64)[..., None]
         lower, upper = np.array(self.lower), np.array(self.upper)
         if self.initial_factor is None:
-            nothing = np.zeros((*moments.shape[:-1], 3))
-            return Factors(lower + nothing, upper + nothing, nothing, nothing)
-        fading = np.exp(-self.factor_decay * moments)
-        above_lower, above_upper = (self.initial_factor - lower) * fading, (self.initial_factor - upper) * fading
+            zero = np.zeros((*moments.shape[:-1], 3))
+            return Factors(lower + zero, upper + zero, zero, zero)
+        decay = np.exp(-self.factor_decay * moments)
+        above_lower, above_upper = (self.initial_factor - lower) * decay, (self.initial_factor - upper) * decay
         return Factors(
             lower + above_lower, upper + above_upper, -self.factor_decay * above_lower, -self.factor_decay * above_upper
         )
@@ -105,7 +100,7 @@ class PrescribedBound:
         return -factors.lower * width, factors.upper * width
 
     def margin(self, error: FloatArray, time: npt.ArrayLike) -> FloatArray:
-        """Return how far inside the bounds errors are, in units of the bounds' distance; negative outside.
+        """Return the distance of errors from the nearer bound over that between the bounds; negative outside.
 
         Parameters
         ----------
@@ -115,8 +110,7 @@ class PrescribedBound:
             [s]; its shape (...) must broadcast with that of the errors.
         """
         low, high = self.bound(time)
-        share: FloatArray = np.minimum(error - low, high - error) / (high - low)
-        return share
+        return np.minimum(error - low, high - error) / (high - low)
 
     def mirrored(self, axes: npt.ArrayLike) -> PrescribedBound:
         """Return the bounds with lower and upper exchanged on the axes of a mask (3,)."""

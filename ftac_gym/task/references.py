@@ -1,4 +1,4 @@
-"""Attitude commands: where the craft shall point, how fast that turns, and how that rate changes.
+"""Attitude commands, with their rates and accelerations.
 
 Each kind of reference fills two record arrays that the plant reads: REFERENCE (N,) and SET_POINT (N, points).
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 from itertools import pairwise
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +20,7 @@ from ftac_gym.utils.parameters import (
     Vector,
     draw_axes,
     intervals,
+    normalise,
     require,
     unit_quaternion,
 )
@@ -26,24 +28,18 @@ from ftac_gym.utils.serialization import serializable
 
 
 class ReferenceKind(IntEnum):
-    """How the plant evaluates a reference."""
+    """Kind of reference that the plant evaluates."""
 
     SET_POINTS = 0
     MRP_SINUSOID = 1
     RATE_PROFILE = 2
 
 
-REFERENCE = np.dtype(
-    [
-        ("kind", "i8"),
-        ("attitude", "f8", (4,)),
-        ("constant", "f8", (3,)),
-        ("amplitude", "f8", (3,)),
-        ("frequency", "f8", (3,)),
-        ("phase", "f8", (3,)),
-    ]
-)
+_SINUSOID = ("constant", "amplitude", "frequency", "phase")
+REFERENCE = np.dtype([("kind", "i8"), ("attitude", "f8", (4,)), *((name, "f8", (3,)) for name in _SINUSOID)])
 SET_POINT = np.dtype([("time", "f8"), ("attitude", "f8", (4,))])
+References = tuple[npt.NDArray[np.void], npt.NDArray[np.void]]
+"""REFERENCE records (N,) and SET_POINT records (N, points)."""
 
 IDENTITY: Vector = (1.0, 0.0, 0.0, 0.0)
 
@@ -58,7 +54,7 @@ class SetPoints:
     attitudes
         The quaternions, one or more.
     times
-        When each becomes the command [s]; the first is 0.
+        Times at which they become the command [s]; the first is 0.
 
     Raises
     ------
@@ -81,16 +77,16 @@ class SetPoints:
 
     @property
     def moving(self) -> bool:
-        """Whether the reference has a rate."""
+        """True for a reference that has a rate."""
         return False
 
     @property
     def uniform_count(self) -> int:
-        """How many uniform deviates one episode needs."""
+        """Number of uniform deviates of one episode."""
         return 1
 
-    def draw(self, uniform: FloatArray) -> tuple[npt.NDArray[np.void], npt.NDArray[np.void]]:
-        """Fill the records of N craft."""
+    def draw(self, uniform: FloatArray) -> References:
+        """Fill the records of N spacecraft."""
         reference = np.zeros(len(uniform), REFERENCE)
         reference["kind"] = ReferenceKind.SET_POINTS
         reference["attitude"] = self.attitudes[0]
@@ -109,31 +105,29 @@ class _Sinusoid:
     constant: Intervals = (0.0, 0.0, 0.0)
     phase: Intervals = (0.0, 0.0, 0.0)
 
+    _kind: ClassVar[ReferenceKind]
+
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
-        for name in ("constant", "amplitude", "frequency", "phase"):
-            object.__setattr__(self, name, intervals(getattr(self, name), name))
+        normalise(self, intervals, *_SINUSOID)
 
     @property
     def moving(self) -> bool:
-        """Whether the reference has a rate."""
+        """True for a reference that has a rate."""
         return True
 
     @property
     def uniform_count(self) -> int:
-        """How many uniform deviates one episode needs."""
+        """Number of uniform deviates of one episode."""
         return 12
 
-    def _fill(
-        self, kind: ReferenceKind, uniform: FloatArray, start: Vector
-    ) -> tuple[npt.NDArray[np.void], npt.NDArray[np.void]]:
-        reference = np.zeros(len(uniform), REFERENCE)
-        reference["kind"] = kind
-        reference["attitude"] = start
-        for index, name in enumerate(("constant", "amplitude", "frequency", "phase")):
+    def draw(self, uniform: FloatArray) -> References:
+        """Fill the records of N spacecraft."""
+        reference, points = np.zeros(len(uniform), REFERENCE), np.zeros((len(uniform), 1), SET_POINT)
+        reference["kind"] = self._kind
+        reference["attitude"] = points["attitude"] = getattr(self, "attitude", IDENTITY)
+        for index, name in enumerate(_SINUSOID):
             reference[name] = draw_axes(getattr(self, name), uniform[:, 3 * index : 3 * index + 3])
-        points = np.zeros((len(uniform), 1), SET_POINT)
-        points["attitude"] = start
         return reference, points
 
 
@@ -154,9 +148,7 @@ class MRPSinusoid(_Sinusoid):
         [rad], per component.
     """
 
-    def draw(self, uniform: FloatArray) -> tuple[npt.NDArray[np.void], npt.NDArray[np.void]]:
-        """Fill the records of N craft."""
-        return self._fill(ReferenceKind.MRP_SINUSOID, uniform, IDENTITY)
+    _kind = ReferenceKind.MRP_SINUSOID
 
 
 @serializable
@@ -180,18 +172,16 @@ class RateProfile(_Sinusoid):
 
     attitude: Vector = IDENTITY
 
+    _kind = ReferenceKind.RATE_PROFILE
+
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
         super().__post_init__()
-        object.__setattr__(self, "attitude", unit_quaternion(self.attitude, "attitude"))
-
-    def draw(self, uniform: FloatArray) -> tuple[npt.NDArray[np.void], npt.NDArray[np.void]]:
-        """Fill the records of N craft."""
-        return self._fill(ReferenceKind.RATE_PROFILE, uniform, self.attitude)
+        normalise(self, unit_quaternion, "attitude")
 
 
 def fixed_attitude(attitude: Vector = IDENTITY) -> SetPoints:
-    """Return the reference that holds one attitude for ever."""
+    """Return the reference that holds one attitude."""
     return SetPoints((attitude,), (0.0,))
 
 

@@ -1,4 +1,4 @@
-"""The true vibration modes of a craft, and what they amount to."""
+"""True vibration modes of a spacecraft, with their energy and their torque on the body."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ import numpy.typing as npt
 
 from ftac_gym.attitude import cross
 from ftac_gym.spacecraft.appendages import FlexibleAppendages
-from ftac_gym.utils.parameters import FloatArray, Interval, bounds, draw, interval, require
+from ftac_gym.utils.parameters import FloatArray, Interval, bounds, draw, non_negative_interval, normalise, require
 from ftac_gym.utils.serialization import serializable
 
 MODE = np.dtype([("stiffness", "f8"), ("damping", "f8"), ("coupling", "f8", (3,))])
-"""Per craft and mode: eta'' + damping eta' + stiffness eta = -coupling . w' [rad/s, rad^2/s^2, kg^1/2 m]."""
+"""Per spacecraft and mode: eta'' + damping eta' + stiffness eta = -coupling . w' [rad/s, rad^2/s^2, kg^1/2 m]."""
 
 LARGEST_PHASE = 2.0
-"""What the fastest pole of the modes of a free craft may be, over a physics step; RK4 diverges from 2.7 on."""
+"""Limit of the fastest pole of the modes of a free spacecraft, times the physics step; RK4 diverges from 2.7 on."""
 
 
 @serializable
 @dataclass(frozen=True)
 class AppendageUncertainty:
-    """How the true modes differ from the nominal ones: each mode of each craft draws its own three factors.
+    """Difference of the true modes from the nominal ones: each mode of each spacecraft draws its own three factors.
 
     Parameters
     ----------
@@ -45,18 +45,15 @@ class AppendageUncertainty:
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
-        for name in ("frequency", "damping", "coupling"):
-            object.__setattr__(self, name, interval(getattr(self, name), name))
-            low, _ = bounds(getattr(self, name))
-            require(low >= 0.0, name, "must not be negative", getattr(self, name))
+        normalise(self, non_negative_interval, "frequency", "damping", "coupling")
         require(bounds(self.frequency)[0] > 0.0, "frequency", "must be positive", self.frequency)
 
     def uniform_count(self, modes: int) -> int:
-        """How many uniform deviates one episode needs."""
+        """Return the number of uniform deviates of one episode."""
         return 3 * modes
 
     def draw(self, nominal: FlexibleAppendages | None, uniform: FloatArray) -> npt.NDArray[np.void]:
-        """Draw the modes of N craft from uniform deviates (N, uniform_count): MODE records (N, k)."""
+        """Draw the modes of N spacecraft from uniform deviates (N, uniform_count): MODE records (N, k)."""
         first, second, third = (uniform[:, part::3] for part in range(3))
         frequency, table = draw(self.frequency, first), exact_modes(nominal, len(uniform))
         table["stiffness"] *= frequency**2
@@ -66,7 +63,7 @@ class AppendageUncertainty:
 
 
 def exact_modes(nominal: FlexibleAppendages | None, count: int) -> npt.NDArray[np.void]:
-    """Return MODE records (count, k) of craft whose true modes are the nominal ones; k = 0 for rigid bodies."""
+    """Return MODE records (count, k) of spacecraft whose true modes are the nominal ones; k = 0 for rigid bodies."""
     if nominal is None:
         return np.zeros((count, 0), MODE)
     table = np.zeros((count, nominal.count), MODE)
@@ -105,7 +102,7 @@ def check_modes(modes: npt.NDArray[np.void], inertia: npt.NDArray[np.void], phys
 
 
 def fastest_pole(modes: npt.NDArray[np.void], inertia: FloatArray) -> FloatArray:
-    """Return the magnitude of the fastest pole of the modes of craft that are free to turn, (N,) [1/s].
+    """Return the magnitude of the fastest pole of the modes of spacecraft that are free to turn, (N,) [1/s].
 
     Without damping it is the highest free frequency.
 
@@ -123,8 +120,7 @@ def fastest_pole(modes: npt.NDArray[np.void], inertia: FloatArray) -> FloatArray
     companion[:, :count, count:] = np.eye(count)
     companion[:, count:, :count] = -np.linalg.solve(held, modes["stiffness"][:, :, None] * np.eye(count))
     companion[:, count:, count:] = -np.linalg.solve(held, modes["damping"][:, :, None] * np.eye(count))
-    fastest: FloatArray = np.abs(np.linalg.eigvals(companion)).max(axis=1)
-    return fastest
+    return np.abs(np.linalg.eigvals(companion)).max(axis=1)
 
 
 def modal_energy(stiffness: FloatArray, displacement: FloatArray, rate: FloatArray) -> FloatArray:
@@ -137,16 +133,15 @@ def modal_energy(stiffness: FloatArray, displacement: FloatArray, rate: FloatArr
     displacement, rate
         (..., k) eta and eta' [kg^1/2 m, kg^1/2 m/s].
     """
-    energy: FloatArray = 0.5 * (rate**2 + stiffness * displacement**2).sum(axis=-1)
-    return energy
+    return 0.5 * (rate**2 + stiffness * displacement**2).sum(axis=-1)
 
 
 def vibration_torque(
     modes: npt.NDArray[np.void], displacement: FloatArray, rate: FloatArray, body_rate: FloatArray
 ) -> FloatArray:
-    """Return the torque of the modes on a body of inertia J - delta' delta: delta' (C eta' + K eta) - w x delta' eta'.
+    """Return the torque delta' (C eta' + K eta) - w x delta' eta' of the modes on a body of inertia J - delta' delta.
 
-    Eq. (6) of Li et al. 2023. A body held still feels all of it.
+    Eq. (6) of Li et al. 2023. It is the whole torque on a body that is held still.
 
     Parameters
     ----------
@@ -174,9 +169,8 @@ def hub_torque(
 ) -> FloatArray:
     """Return the same for modes that are given by K and C (..., k) [rad^2/s^2, rad/s] and delta (..., k, 3).
 
-    What is common to all craft need not be repeated for each.
+    Parameters that all spacecraft have in common need no axis for them.
     """
     force = damping * rate + stiffness * displacement
     pull, carried = ((part[..., None, :] @ coupling)[..., 0, :] for part in (force, rate))
-    torque: FloatArray = pull - cross(body_rate, carried)
-    return torque
+    return pull - cross(body_rate, carried)
