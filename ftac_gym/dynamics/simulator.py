@@ -1,4 +1,4 @@
-"""The true plant: N craft side by side, each in an episode of its own."""
+"""True plant of N spacecraft, each in an episode of its own."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.dynamics.episode_tables import Tables, faults_in, with_episodes, with_faults
+from ftac_gym.dynamics.merging import merged, with_faults
 from ftac_gym.dynamics.plant import advance
 from ftac_gym.dynamics.sensing import sense
-from ftac_gym.dynamics.state import State
+from ftac_gym.dynamics.state import State, identity_quaternions
 from ftac_gym.dynamics.wheel_table import wheel_table
 from ftac_gym.faults import DrawnFaults, FaultEffect, fault_effect
 from ftac_gym.faults.table import LONGEST_DELAY
@@ -22,20 +22,20 @@ from ftac_gym.task.vibration import modal_energy, vibration_torque
 from ftac_gym.utils.parameters import FloatArray, require
 
 THREAD_BATCH = 512
-"""Craft that one thread must have at least: below it, waking the thread costs more than it saves."""
+"""Least number of spacecraft of one thread: with fewer, waking the thread costs more than it saves."""
 
 
 class Simulator:
-    """The truth about N craft. It knows nothing of rewards or policies.
+    """True state, measurement and faults of N spacecraft, without rewards and policies.
 
     Parameters
     ----------
     scenario
-        What to simulate.
+        The scenario.
     num_spacecraft
-        Number of craft N.
+        Number of spacecraft N.
     threads
-        Number of threads that share the craft; the result does not depend on it.
+        Number of threads that share the spacecraft; the result does not depend on it.
 
     Raises
     ------
@@ -62,28 +62,17 @@ class Simulator:
         self._step, self._substeps = scenario.physics_step, scenario.substeps
 
         count = self.num_spacecraft
-        self.state = State(
-            np.tile([1.0, 0.0, 0.0, 0.0], (count, 1)),
-            np.zeros((count, 3)),
-            np.zeros((count, wheels.count)),
-            np.zeros((count, wheels.count)),
-            np.zeros((count, wheels.count)),
-            np.zeros((count, scenario.spacecraft.modes)),
-            np.zeros((count, scenario.spacecraft.modes)),
-        )
+        self.state = State.at_rest(count, wheels.count, scenario.spacecraft.modes)
         self.ticks = np.zeros(count, dtype=np.int64)
-        """(N,) control periods since the start of each craft's episode."""
-        self.reference_attitude = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
-        self.reference_rate = np.zeros((count, 3))
-        self.reference_acceleration = np.zeros((count, 3))
-        self.measured_attitude = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
-        self.measured_rate = np.zeros((count, 3))
+        """(N,) control periods since the start of each episode."""
+        self.reference_attitude, self.measured_attitude = identity_quaternions(count), identity_quaternions(count)
+        self.reference_rate, self.reference_acceleration = np.zeros((count, 3)), np.zeros((count, 3))
+        self.measured_rate, self._gyro_bias = np.zeros((count, 3)), np.zeros((count, 3))
         self.star_tracker_valid = np.ones(count, dtype=np.bool_)
         self.last_command = np.zeros((count, wheels.count))
         self._past = np.zeros((count, 0, wheels.count))
-        self._gyro_bias = np.zeros((count, 3))
-        self._all = np.arange(count)
-        self._tables: Tables | None = None
+        self._indices = np.arange(count)
+        self._episodes: Episodes | None = None
         self._pool: ThreadPoolExecutor | None = None
 
     def __getstate__(self) -> dict[str, Any]:
@@ -92,37 +81,35 @@ class Simulator:
 
     @property
     def time(self) -> FloatArray:
-        """(N,) time since the start of each craft's episode [s]."""
-        time: FloatArray = self.ticks.astype(np.float64) * self.scenario.control_period
-        return time
+        """(N,) time since the start of each episode [s]."""
+        return self.ticks.astype(np.float64) * self.scenario.control_period
 
     @property
     def faults(self) -> DrawnFaults:
-        """The faults of the episodes that the craft are in: views, not to be written to."""
-        return faults_in(self._drawn())
+        """Faults of the present episodes: views, not to be written to."""
+        return self._drawn().drawn_faults
 
     @property
     def modal_energy(self) -> FloatArray:
         """(N,) energy of the vibration modes [J]."""
         state = self.state
-        return modal_energy(self._drawn()["modes"]["stiffness"], state.modal_displacement, state.modal_rate)
+        return modal_energy(self._drawn().modes["stiffness"], state.modal_displacement, state.modal_rate)
 
     @property
     def vibration_torque(self) -> FloatArray:
         """(N, 3) torque of the vibration modes on the body [N m], body axes."""
         state = self.state
-        return vibration_torque(self._drawn()["modes"], state.modal_displacement, state.modal_rate, state.rate)
+        return vibration_torque(self._drawn().modes, state.modal_displacement, state.modal_rate, state.rate)
 
     @property
     def feasible(self) -> npt.NDArray[np.bool_]:
-        """(N,) whether each craft's episode can be done at all: a view, not to be written to."""
-        return self._drawn()["feasible"]
+        """(N,) labels of feasibility of the present episodes: a view, not to be written to."""
+        return self._drawn().feasible
 
     @property
     def episodes(self) -> Episodes:
-        """The episodes that the craft are in (a copy)."""
-        tables = self._drawn()
-        return Episodes(self.scenario.to_json(), **{name: array.copy() for name, array in tables.items()})
+        """Copy of the present episodes."""
+        return _copied(self._drawn(), self.scenario)
 
     def reset(self, episodes: Episodes, mask: npt.NDArray[np.bool_] | None = None) -> None:
         """Start new episodes.
@@ -130,48 +117,40 @@ class Simulator:
         Parameters
         ----------
         episodes
-            One episode for each craft to be reset, in their order.
+            One episode for each spacecraft to be reset, in their order.
         mask
-            (N,) which craft to reset; None for all. The others are left untouched.
+            (N,) True for the spacecraft to reset; None for all. The others do not change.
 
         Raises
         ------
         ValueError
-            If the mask has the wrong shape, the number of episodes is not that of the craft to be reset, the episodes
-            do not fit the scenario, or some craft has never been reset.
+            If the mask has the wrong shape, the number of episodes is not that of the spacecraft to be reset, the
+            episodes do not fit the scenario, or some spacecraft has never been reset.
         """
-        if mask is None:
-            chosen = self._all
-        else:
+        rows = self._indices
+        if mask is not None:
             mask = np.asarray(mask)
             valid = mask.shape == (self.num_spacecraft,) and mask.dtype == np.bool_
             require(valid, "mask", f"must be a boolean array of shape ({self.num_spacecraft},)", mask)
-            chosen = np.flatnonzero(mask)
-        require(len(episodes) == len(chosen), "episodes", f"must be {len(chosen)}, one per craft reset", len(episodes))
-        wheels = episodes.faults.shape[1]
+            rows = np.flatnonzero(mask)
+        count, wheels, modes = len(episodes), episodes.faults.shape[1], episodes.modes.shape[1]
+        require(count == len(rows), "episodes", f"must be {len(rows)}, one per spacecraft reset", count)
         require(wheels == len(self._torque_limits), "episodes", f"must have {len(self._torque_limits)} wheels", wheels)
-        modes, known = episodes.modes.shape[1], self.scenario.spacecraft.modes
-        require(modes == known, "episodes", f"must be of craft with {known} vibration modes", modes)
-        if self._tables is None:
-            require(len(chosen) == self.num_spacecraft, "mask", "must cover all craft at the first reset", mask)
-            self._tables = {name: np.array(array) for name, array in episodes.arrays().items()}
+        expected = self.scenario.spacecraft.modes
+        require(modes == expected, "episodes", f"must be of spacecraft with {expected} vibration modes", modes)
+        if self._episodes is None:
+            require(count == self.num_spacecraft, "mask", "must cover all spacecraft at the first reset", mask)
+            self._episodes = _copied(episodes, self.scenario)
         else:
-            self._tables = with_episodes(self._tables, episodes, chosen)
-        tables = self._tables
-        for part, name in ((self.state.attitude, "attitude"), (self.state.rate, "rate")):
-            part[chosen] = tables["initial"][name][chosen]
-        self.state.wheel_momentum[chosen] = tables["initial"]["wheel_momentum"][chosen]
-        if self.scenario.spacecraft.modes:
-            self.state.modal_displacement[chosen] = tables["initial"]["modal_displacement"][chosen]
-            self.state.modal_rate[chosen] = tables["initial"]["modal_rate"][chosen]
-        self.state.wheel_torque[chosen] = 0.0
-        self.state.motor_torque[chosen] = 0.0
-        self.last_command[chosen] = 0.0
-        self._remember(episodes.faults)
-        self._past[chosen] = 0.0
-        self.ticks[chosen] = 0
-        self._gyro_bias[chosen] = tables["sensors"]["gyro_bias"][chosen]
-        self._sense(chosen)
+            self._episodes = merged(self._episodes, episodes, rows)
+        initial = self._episodes.initial
+        for name in initial.dtype.names or ():
+            getattr(self.state, name)[rows] = initial[name][rows]
+        self._gyro_bias[rows] = self._episodes.sensors["gyro_bias"][rows]
+        self._allow_delays(episodes.faults)
+        for array in (self.state.wheel_torque, self.state.motor_torque, self.last_command, self._past, self.ticks):
+            array[rows] = 0
+        self._sense(rows)
 
     def step(self, command: npt.ArrayLike) -> None:
         """Hold a command for one control period.
@@ -189,15 +168,14 @@ class Simulator:
             If the simulator was never reset.
         """
         torque = np.asarray(command, dtype=np.float64)
-        require(
-            torque.shape == self.last_command.shape, "command", f"must have shape {self.last_command.shape}", torque
-        )
+        shape = self.last_command.shape
+        require(torque.shape == shape, "command", f"must have shape {shape}", torque)
         require(bool(np.isfinite(torque).all()), "command", "must be finite", torque)
         np.clip(torque, -self._torque_limits, self._torque_limits, out=self.last_command)
         self.advance()
 
     def advance(self) -> None:
-        """Hold ``last_command`` for one control period: :meth:`step` without its checks and its limiter."""
+        """Hold ``last_command`` for one control period, without the checks and the limiter of :meth:`step`."""
         shared = self.plant_arguments()
         parts = min(self.threads, max(1, self.num_spacecraft // THREAD_BATCH))
         if parts == 1:
@@ -207,63 +185,62 @@ class Simulator:
                 self._pool = ThreadPoolExecutor(self.threads)
             edges = np.linspace(0, self.num_spacecraft, parts + 1).astype(int)
             list(self._pool.map(lambda first, end: advance(first, end, *shared), edges[:-1], edges[1:]))
-        self._sense(self._all)
+        self._sense(self._indices)
 
     def plant_arguments(self) -> tuple[Any, ...]:
-        """Return what the compiled plant is called with after the range of craft."""
-        tables, state = self._drawn(), self.state
-        # Rigid craft get none of it: the compiler then makes a plant of its own for them.
-        bending = (tables["modes"], state.modal_displacement, state.modal_rate) if self._bends else (None, None, None)
+        """Return the arguments of the compiled plant after the range of spacecraft."""
+        episodes, state = self._drawn(), self.state
+        # With None the compiler makes a plant without modes.
+        bending = (episodes.modes, state.modal_displacement, state.modal_rate) if self._bends else (None, None, None)
         return (
             state.attitude, state.rate, state.wheel_momentum, state.motor_torque, state.wheel_torque, self.ticks,
-            self.last_command, self._past, self._wheel_table, self._coupled, tables["inertia"], self._rate_torque,
-            *bending, tables["faults"], tables["switches"],
-            tables["disturbance"], tables["harmonics"], self._step, self._substeps,
+            self.last_command, self._past, self._wheel_table, self._coupled, episodes.inertia, self._rate_torque,
+            *bending, episodes.faults, episodes.switches, episodes.disturbance, episodes.harmonics, self._step,
+            self._substeps,
         )  # fmt: skip
 
     def set_faults(self, drawn: DrawnFaults) -> None:
-        """Change what is wrong with the craft in the middle of their episodes; see :mod:`ftac_gym.faults.live`.
+        """Change the faults in the middle of the episodes; see :mod:`ftac_gym.faults.live`.
 
         ``episodes`` then are those with these faults from the start: flown again, they give the same flight. Only a
-        command delay that comes to craft without any begins as if the commands had always been the latest one. The
-        labels of feasibility stay those of the episodes as they were drawn.
+        command delay that comes to spacecraft without any begins as if the commands had always been the latest one.
+        The labels of feasibility stay those of the episodes as they were drawn.
 
         Parameters
         ----------
         drawn
-            The faults of all craft, past and present.
+            The faults of all spacecraft, past and present.
 
         Raises
         ------
         ValueError
-            If they are for another number of craft or wheels.
+            If they are for another number of spacecraft or wheels.
         """
-        tables = self._drawn()
-        craft, wheels = self.last_command.shape
+        count, wheels = self.last_command.shape
         given = tuple(len(table) for table in drawn), drawn.wheels.shape[1]
-        rule = f"must be for {craft} craft of {wheels} wheels; craft in each table, and wheels"
-        require(given == ((craft,) * 3, wheels), "faults", rule, given)
-        # A copy: the tables are written to when craft begin new episodes.
-        self._tables = with_faults(tables, drawn.copy())
-        self._remember(drawn.wheels)
+        rule = f"must be for {count} spacecraft of {wheels} wheels; rows of each table, and wheels"
+        require(given == ((count,) * 3, wheels), "faults", rule, given)
+        # A copy: new episodes are written to the tables.
+        self._episodes = with_faults(self._drawn(), drawn.copy())
+        self._allow_delays(drawn.wheels)
 
-    def _remember(self, faults: npt.NDArray[np.void]) -> None:
-        """Keep past commands from now on if craft that get these faults may need them."""
+    def _allow_delays(self, faults: npt.NDArray[np.void]) -> None:
+        """Store past commands from now on if these faults may delay one."""
         if not self._past.shape[1] and (faults["delay"] > 0).any():
             self._past = np.repeat(self.last_command[:, None], LONGEST_DELAY, axis=1)
 
     def truth(self) -> FaultEffect:
-        """Return what the faults of all craft do now."""
+        """Return the present effect of the faults of all spacecraft."""
         wheels = self.scenario.spacecraft.wheels
         return fault_effect(self.faults, self.time, wheels, self.state.wheel_momentum, self.state.wheel_torque)
 
     def measurement(self, truth: bool = False) -> Measurement:
-        """Return what the craft measure now; the arrays are the caller's to keep.
+        """Return the present measurement, with arrays of its own.
 
         Parameters
         ----------
         truth
-            Whether to add what the faults do, for an oracle.
+            Whether to add the effect of the faults, for an oracle.
         """
         return Measurement(
             time=self.time,
@@ -280,16 +257,21 @@ class Simulator:
             truth=self.truth() if truth else None,
         )
 
-    def _drawn(self) -> Tables:
-        if self._tables is None:
+    def _drawn(self) -> Episodes:
+        if self._episodes is None:
             raise RuntimeError("the simulator must be reset before it is used")
-        return self._tables
+        return self._episodes
 
-    def _sense(self, craft: npt.NDArray[np.int64]) -> None:
-        tables = self._drawn()
+    def _sense(self, rows: npt.NDArray[np.int64]) -> None:
+        episodes, state = self._drawn(), self.state
         sense(
-            craft, self.state.attitude, self.state.rate, self.ticks, self._step, self._substeps, tables["reference"],
-            tables["set_points"], self.reference_attitude, self.reference_rate, self.reference_acceleration,
-            tables["sensors"], tables["sensor_faults"], tables["switches"], tables["key"], tables["index"],
+            rows, state.attitude, state.rate, self.ticks, self._step, self._substeps, episodes.reference,
+            episodes.set_points, self.reference_attitude, self.reference_rate, self.reference_acceleration,
+            episodes.sensors, episodes.sensor_faults, episodes.switches, episodes.key, episodes.index,
             self._gyro_bias, self.measured_attitude, self.measured_rate, self.star_tracker_valid,
         )  # fmt: skip
+
+
+def _copied(episodes: Episodes, scenario: Scenario) -> Episodes:
+    """Return the episodes as those of the scenario, with arrays of their own."""
+    return Episodes(scenario.to_json(), **{name: array.copy() for name, array in episodes.arrays().items()})

@@ -447,5 +447,5 @@ def test_episodes_of_another_kind_of_craft_are_refused(first):
     scenario = scenarios.get(first)
     simulator = Simulator(scenario, 2)
     simulator.reset(scenario.draw(0, 2))
-    with pytest.raises(ValueError, match="episodes must be of craft with"):
+    with pytest.raises(ValueError, match="episodes must be of spacecraft with"):
         simulator.reset(scenarios.get(other).draw(0, 2))

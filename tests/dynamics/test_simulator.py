@@ -221,8 +221,8 @@ def three_wheels():
 @pytest.mark.parametrize(
     ("episodes", "mask", "message"),
     [
-        (FLAGSHIP.draw(1, 2), None, "episodes must be 3, one per craft reset"),
-        (FLAGSHIP.draw(1, 2), np.array([True, False, False]), "episodes must be 1, one per craft reset"),
+        (FLAGSHIP.draw(1, 2), None, "episodes must be 3, one per spacecraft reset"),
+        (FLAGSHIP.draw(1, 2), np.array([True, False, False]), "episodes must be 1, one per spacecraft reset"),
         (FLAGSHIP.draw(1, 3), np.array([True, True]), r"mask must be a boolean array of shape \(3,\)"),
         (FLAGSHIP.draw(1, 3), np.array([1, 1, 1]), r"mask must be a boolean array of shape \(3,\)"),
         (three_wheels().draw(1, 3), None, "episodes must have 4 wheels"),
@@ -240,7 +240,7 @@ def test_bad_resets_are_refused_and_change_nothing(episodes, mask, message):
 
 
 def test_the_first_reset_must_cover_all_craft():
-    with pytest.raises(ValueError, match="mask must cover all craft at the first reset"):
+    with pytest.raises(ValueError, match="mask must cover all spacecraft at the first reset"):
         Simulator(FLAGSHIP, 3).reset(FLAGSHIP.draw(0, 2), np.array([True, True, False]))
 
 

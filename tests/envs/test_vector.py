@@ -113,7 +113,7 @@ def test_craft_are_random_without_a_seed():
 
 def test_craft_are_random_after_a_refused_first_reset():
     env = SpacecraftFTCVectorEnv(3, **SETTINGS)
-    with pytest.raises(ValueError, match="must cover all craft at the first reset"):
+    with pytest.raises(ValueError, match="must cover all spacecraft at the first reset"):
         env.reset(options={"reset_mask": np.array([True, False, False])})
     observation, _ = env.reset()
     assert len({tuple(row) for row in observation}) == 3

@@ -162,7 +162,7 @@ def test_a_fault_must_name_a_wheel_that_there_is(wheel):
 
 def test_faults_of_another_number_of_spacecraft_are_refused():
     simulator, _ = pair(HEALTHY)
-    with pytest.raises(ValueError, match=r"faults must be for 2 craft of 4 wheels; .*, got"):
+    with pytest.raises(ValueError, match=r"faults must be for 2 spacecraft of 4 wheels; .*, got"):
         simulator.set_faults(HEALTHY.draw(0, 1).drawn_faults)
 
 
