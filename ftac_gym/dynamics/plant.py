@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ftac_gym.dynamics import algebra, body, fault_signals, modes, wheel_table, wheels
+from ftac_gym.dynamics import algebra, body, fault_signals, modes, stiff_wheel, wheel_table, wheels
 from ftac_gym.dynamics.algebra import add3, add4, store_unit
 from ftac_gym.dynamics.body import angular_acceleration, fill_disturbance, inertia_at, twice_attitude_rate
 from ftac_gym.dynamics.fault_signals import constant_signals, untouched
@@ -47,7 +47,7 @@ def slopes(
     return twice_attitude_rate(q, w), angular_acceleration(w, stored, torque, external, inertia, steady)
 
 
-@entry_point(algebra, body, fault_signals, modes, wheels, wheel_table)
+@entry_point(algebra, body, fault_signals, modes, stiff_wheel, wheels, wheel_table)
 def advance(
     start: int,
     stop: int,

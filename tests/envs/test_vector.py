@@ -228,7 +228,7 @@ def test_replay_of_episodes():
         ({"reset_mask": np.ones(2, dtype=bool)}, r'options\["reset_mask"\] must be a boolean array of shape \(3,\)'),
         ({"reset_mask": np.zeros(3, dtype=bool)}, "with at least one True"),
         ({"episodes": 3}, r'options\["episodes"\] must be an Episodes object, got 3'),
-        ({"episodes": scenarios.get("flagship").draw(0, 2)}, "episodes must be 3, one per craft reset, got 2"),
+        ({"episodes": scenarios.get("flagship").draw(0, 2)}, "episodes must be 3, one per spacecraft reset, got 2"),
     ],
 )
 def test_bad_options(options, message):
