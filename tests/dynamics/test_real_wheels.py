@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numba import njit
 from scipy.optimize import brentq
 
-from ftac_gym.dynamics import wheels as kernel
+from ftac_gym.dynamics import stiff_wheel as kernel
 from ftac_gym.dynamics.wheel_table import wheel_table
 from ftac_gym.faults import FrictionRise, Outage
 from ftac_gym.spacecraft.friction import Friction
@@ -203,7 +203,7 @@ def test_friction_far_stiffer_than_the_step(viscous):
 def solve(table, free, weight, drive, guess, factor, brake):
     """Return the solution, and what is left of the equation there and a hair on either side of it."""
     wheel = table[0]
-    x = kernel.implicit_momentum(wheel, free, weight, drive, guess, factor, factor, brake)
+    x = kernel.implicit_momentum(wheel, free, weight, drive, guess, (factor, factor, brake))
     left = np.zeros(3)
     for index in range(3):
         at = x + (index - 1) * (1e-9 * abs(x) + 1e-13 * (abs(free) + weight * abs(drive)))
