@@ -30,7 +30,7 @@ gets from the fields its signature, the section Parameters of its docstring, ``s
 
 A dataclass extends that of its base class by inheritance. There :func:`changed` gives an inherited gain another
 default, search range or text at its old place, and :func:`fixed` takes it out of the signature. The order of the fields
-is that of the actions of :class:`~ftac_gym.wrappers.GainScheduling`.
+is that of the actions of :func:`~ftac_gym.wrappers.gain_scheduling.GainScheduling`.
 """
 
 from __future__ import annotations

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-import ftac_gym
 from ftac_gym.evaluation.metrics import Metrics
 from ftac_gym.evaluation.rollout import rollout
 from ftac_gym.evaluation.threads import one_torch_thread
@@ -92,8 +91,8 @@ class Batch:
 @cache
 def code_digest() -> str:
     """Return a hash of the package's sources: stored results of other code are not used."""
-    root = Path(ftac_gym.__file__).parent
-    return hashlib.sha256(b"".join(path.read_bytes() for path in sorted(root.rglob("*.py")))).hexdigest()
+    sources = sorted(Path(__file__).parents[1].rglob("*.py"))
+    return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
 
 
 def batches(scenario: Scenario, policy: Policy, episodes: Episodes, folder: Path | None) -> list[Batch]:
