@@ -95,10 +95,7 @@ class DirectPolicy:
         self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool = True
     ) -> tuple[Any, Any]:
         """Return the actions (N, wheels) and the state."""
-        action, state = self._predict(
-            observation, state=state, episode_start=episode_start, deterministic=deterministic
-        )
-        return action, state
+        return self._predict(observation, state=state, episode_start=episode_start, deterministic=deterministic)
 
 
 def _predict_each(
