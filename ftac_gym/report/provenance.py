@@ -9,14 +9,15 @@ from typing import Any
 
 from ftac_gym import baselines
 from ftac_gym.evaluation.entries import Entry
+from ftac_gym.policies import DeferredBaseline
 from ftac_gym.policies.resolve import TUNED
 from ftac_gym.report.cells import UNKNOWN, Cell
 
 
 def baseline_name(entry: Entry) -> str | None:
     """Return the name of a baseline of this package; None for anything else."""
-    name = getattr(entry.policies[0], "law", entry.policies[0])
-    return name if entry.kind == "baseline" and name in baselines.names() else None
+    policy = entry.policies[0]
+    return str(policy.name) if isinstance(policy, DeferredBaseline) and policy.name in baselines.names() else None
 
 
 def policy_name(entry: Entry, seed: int) -> str | None:
@@ -43,11 +44,8 @@ def card(entry: Entry) -> str:
 def gains_of(entry: Entry) -> dict[str, Any]:
     """Return all gains of a baseline of this package, defaults among them; none of other entries."""
     name = baseline_name(entry)
-    if name is None:
-        return {}
-    fingerprint = getattr(entry.policies[0], "fingerprint", None)
-    changes = json.loads(fingerprint)[1] if fingerprint else baselines.chosen(name, entry.gains or "default", {})
-    return {**baselines.defaults(name), **changes}
+    # The fingerprint of a baseline holds its name and the gains that differ from the defaults.
+    return {} if name is None else {**baselines.defaults(name), **json.loads(entry.policies[0].fingerprint)[1]}
 
 
 def command(entry: Entry) -> str:

@@ -1,6 +1,7 @@
 """The page of the report: self-contained, equal for equal benchmarks, and true."""
 
 import base64
+import json
 import re
 import shlex
 
@@ -10,6 +11,7 @@ from helpers.benchmarks import DURATION, EPISODES, agent, baseline, benchmark, f
 from helpers.pages import page_of, shown
 from helpers.scripts import module_of
 
+from ftac_gym import baselines
 from ftac_gym.report import write_report
 
 HOSTILE = """<script>alert("1")</script><img src=http://evil.example/x onerror='x'> & $a_b$ </style>"""
@@ -131,3 +133,13 @@ def test_names_are_text(tmp_path):
     assert {row["entry"] for row in read(tmp_path / "summary.csv")} == {HOSTILE, "日本 & <b>"}
     figure = (tmp_path / "figures" / "main.svg").read_text()
     assert "&lt;script&gt;" in figure and "<script" not in figure
+
+
+def test_cards_hold_all_gains(page):
+    texts = [text for text in page.texts if text.startswith('{\n  "tier"')]
+    assert len(texts) == 5
+    tuned = next(json.loads(text) for text in texts if '"trials": 250' in text)
+    assert tuned["gains"] == {**baselines.defaults("pd_dob"), **baselines.chosen("pd_dob", "tuned", {})}
+    assert tuned["tier"] == "attitude" and tuned["role"] == "policy"
+    agents = [json.loads(text) for text in texts if '"cards"' in text]
+    assert [len(card["cards"]) for card in agents] == [3, 3]
