@@ -83,9 +83,10 @@ nitpick_ignore_regex = [("py:.*", r"(?!ftac_gym)[a-z_\d]+\..*|BaseAlgorithm|VecN
 
 
 def shorten(*event: Any) -> tuple[str | None, ...]:
-    """Write array types in signatures as ``NDArray``, which stands for them in the code."""
+    """Write array types in signatures as ``NDArray``, as the code does, and defaults such as ``<factory>`` as dots."""
     array = r"~?numpy\.ndarray\[~?tuple\[~?(?:typing\.)?Any, \.\.\.\], ~?numpy\.dtype\[~?([\w.]+)\]\]"
-    return tuple(part and re.sub(array, r"numpy.typing.NDArray[\1]", part) for part in event[-2:])
+    texts = (part and re.sub(array, r"numpy.typing.NDArray[\1]", part) for part in event[-2:])
+    return tuple(text and re.sub(r"<[^<>]*>", "...", text) for text in texts)
 
 
 def mark_headings(*event: Any) -> None:
