@@ -100,14 +100,10 @@ def _wheels(history: Rollout) -> tuple[tuple[FloatArray, FloatArray], ...]:
 def _draw_limits(rows: Sequence[Sequence[Axes]], histories: Mapping[str, Rollout]) -> None:
     """Draw the limits of torque and momentum where some wheel comes near one: others would only flatten the lines."""
     wheels = next(iter(histories.values())).scenario.spacecraft.wheels
-    torques = [history.applied_torque for history in histories.values()]
-    momenta = [history.wheel_momentum for history in histories.values()]
-    for panels, values, limits in (
-        (rows[0], torques, wheels.torque_limits),
-        (rows[1], momenta, wheels.momentum_limits),
-    ):
-        most = max(float(np.abs(item[:, 0]).max()) for item in values)
+    limits = {"applied_torque": wheels.torque_limits, "wheel_momentum": wheels.momentum_limits}
+    for panels, (name, given) in zip(rows, limits.items(), strict=False):
+        most = max(float(np.abs(getattr(history, name)[:, 0]).max()) for history in histories.values())
+        near = np.unique(given[given < 1.6 * most])
         for panel in panels:
-            for edge in np.unique(limits[limits < 1.6 * most]):
-                for sign in (-1.0, 1.0):
-                    panel.axhline(sign * edge, color=style.MUTED, linestyle=":", linewidth=1.2)
+            for edge in (*near, *-near):
+                panel.axhline(edge, color=style.MUTED, linestyle=":", linewidth=1.2)

@@ -34,10 +34,10 @@ def policy_name(entry: Entry, seed: int) -> str | None:
 def card(entry: Entry) -> str:
     """Return tier, role, gains and provenance of an entry, as JSON."""
     parts: dict[str, Any] = {"tier": entry.tier, "role": entry.role}
-    if entry.kind != "agent":
-        parts["gains"] = gains_of(entry)
-    if entry.provenance:
-        parts["cards" if entry.kind == "agent" else "provenance"] = dict(entry.provenance)
+    if entry.kind == "agent":
+        parts |= entry.provenance
+    else:
+        parts |= {"gains": gains_of(entry), "provenance": dict(entry.provenance)}
     return json.dumps(parts, indent=2, default=str, ensure_ascii=False)
 
 
