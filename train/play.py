@@ -21,7 +21,7 @@ from rich.progress import track
 
 from ftac_gym import scenarios
 from ftac_gym.envs.rendering import Window
-from ftac_gym.envs.rendering.toolkit import drawing_library
+from ftac_gym.envs.rendering.toolkit import pygame
 from ftac_gym.faults import FaultSchedule
 from ftac_gym.faults.specification import parse
 from ftac_gym.scenarios import frozen
@@ -107,7 +107,6 @@ def film(config: Config, session: Session, path: Path) -> None:
 
 def watch(config: Config, session: Session) -> None:
     """Show a session in a window until it is closed."""
-    pygame = drawing_library()
     screen, recording, taken = Screen(session, config.width, config.height), None, 0
     window = Window(config.width, config.height, "ftac_gym")
     names = {pygame.K_TAB: "tab", pygame.K_BACKSPACE: "backspace", pygame.K_SPACE: "space", pygame.K_RIGHT: "right"}

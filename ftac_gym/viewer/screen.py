@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ftac_gym.envs.rendering import Renderer, palette
 from ftac_gym.envs.rendering.renderer import pixels_of
-from ftac_gym.envs.rendering.toolkit import Lettering, drawing_library
+from ftac_gym.envs.rendering.toolkit import Lettering, pygame
 from ftac_gym.viewer.session import Session
 
 HELP = (
@@ -50,13 +50,12 @@ class Screen:
     """
 
     def __init__(self, session: Session, width: int, height: int, strip: bool = True) -> None:
-        self._pygame = drawing_library()
-        self._letters = Lettering(self._pygame)
+        self._letters = Lettering()
         self._session = session
         self._strip = STRIP if strip else 0
         self._share = width // len(session.live)
         self._renderers = [Renderer(session.scenario, self._share, height - self._strip) for _ in session.live]
-        self.surface: Any = self._pygame.Surface((width, height))
+        self.surface: Any = pygame.Surface((width, height))
         self.notice = ""
 
     def draw(self) -> None:
@@ -67,7 +66,7 @@ class Screen:
             area = (index * self._share, 0, self._share, height - self._strip)
             renderer.draw(self.surface.subsurface(area), live.snapshot())
             if index:
-                self._pygame.draw.line(self.surface, palette.LINE, (area[0], 0), (area[0], area[3]))
+                pygame.draw.line(self.surface, palette.LINE, (area[0], 0), (area[0], area[3]))
         if self._strip:
             session = self._session
             state = "over" if session.over else "paused" if session.paused else f"x{session.speed:g}"
@@ -80,9 +79,9 @@ class Screen:
         drawn = self._letters.text(text, size, color)
         room = self.surface.get_width() - 16
         if drawn.get_width() > room:
-            drawn = self._pygame.transform.smoothscale(drawn, (room, drawn.get_height()))
+            drawn = pygame.transform.smoothscale(drawn, (room, drawn.get_height()))
         self.surface.blit(drawn, (8, top))
 
     def frame(self) -> npt.NDArray[np.uint8]:
         """Return the pixels of the last picture, (height, width, 3)."""
-        return pixels_of(self._pygame, self.surface)
+        return pixels_of(self.surface)

@@ -1,6 +1,4 @@
-"""Frames of a craft."""
-
-from __future__ import annotations
+"""Frames of one spacecraft."""
 
 from typing import Any
 
@@ -12,27 +10,27 @@ from ftac_gym.envs.rendering.camera import Camera
 from ftac_gym.envs.rendering.readouts import Readouts
 from ftac_gym.envs.rendering.scene import Scene
 from ftac_gym.envs.rendering.snapshot import Snapshot
-from ftac_gym.envs.rendering.toolkit import drawing_library
+from ftac_gym.envs.rendering.toolkit import pygame
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import require
 
 SMALLEST = (320, 240)
-"""Width and height below which nothing can be read [pixels]."""
+"""Least width and height of a frame that can be read [pixels]."""
 
 
 class Renderer:
-    """Draws one craft: the same snapshots give the same pixels. It needs no screen.
+    """Drawing of one spacecraft, without a screen: the same snapshots give the same pixels.
 
-    The camera is fixed in inertial space. The craft stands in the sphere of directions, on which its boresight, the
-    third body axis, leaves a path; the target is a ghost of the craft. Panels bend with the modal displacement,
-    ``mesh.EXAGGERATION`` times as far as they do.
+    The camera is fixed in inertial space. The spacecraft stands in the sphere of directions, on which its boresight,
+    the third body axis, leaves a path; the target is an outline of the spacecraft. Panels bend with the modal
+    displacement, exaggerated ``mesh.EXAGGERATION`` times.
 
     Parameters
     ----------
     scenario
-        The craft, its limits and the limits of success.
+        The spacecraft, its limits and the limits of success.
     width, height
-        Of a frame [pixels].
+        Size of a frame [pixels].
 
     Raises
     ------
@@ -46,28 +44,23 @@ class Renderer:
         for name, value, least in zip(("width", "height"), (width, height), SMALLEST, strict=True):
             valid = isinstance(value, (int, np.integer)) and not isinstance(value, bool) and value >= least
             require(valid, name, f"must be an integer, {least} or more [pixels]", value)
-        self._pygame = drawing_library()
-        self._pygame.font.init()
+        pygame.font.init()
         self.size = (int(width), int(height))
-        self._readouts = Readouts(self._pygame, scenario, *self.size)
+        self._readouts = Readouts(scenario, *self.size)
         room = self.size[1] - self._readouts.bar_height
         radius = 0.5 * min(room, self.size[0]) - 4.0
-        self._scene = Scene(self._pygame, scenario.spacecraft, Camera((0.5 * self.size[0], 0.5 * room), radius))
+        self._scene = Scene(scenario.spacecraft, Camera((0.5 * self.size[0], 0.5 * room), radius))
         self._background: Any = None
         self._surface: Any = None
         self._time = -np.inf
 
-    def restart(self) -> None:
-        """Forget the path of the boresight; it happens by itself when an episode starts anew."""
-        self._scene.restart()
-
     def draw(self, surface: Any, snapshot: Snapshot) -> None:
-        """Draw a craft on a surface, or a part of one, of the renderer's size."""
+        """Draw a spacecraft on a surface, or a part of one, of the renderer's size."""
         if snapshot.time < self._time:
-            self.restart()
+            self._scene.trail.clear()
         self._time = snapshot.time
         if self._background is None:
-            self._background = self._pygame.Surface(self.size)
+            self._background = pygame.Surface(self.size)
             self._background.fill(palette.SPACE)
             self._scene.draw_sphere(self._background)
         surface.blit(self._background, (0, 0))
@@ -77,19 +70,16 @@ class Renderer:
     def frame(self, snapshot: Snapshot) -> npt.NDArray[np.uint8]:
         """Return a frame (height, width, 3) in an array of its own."""
         if self._surface is None:
-            self._surface = self._pygame.Surface(self.size)
+            self._surface = pygame.Surface(self.size)
         self.draw(self._surface, snapshot)
-        return pixels_of(self._pygame, self._surface)
+        return pixels_of(self._surface)
 
     def close(self) -> None:
-        """Let go of the surfaces; a second call does nothing."""
+        """Release the surfaces; a second call does nothing."""
         self._background = None
         self._surface = None
 
 
-def pixels_of(library: Any, surface: Any) -> npt.NDArray[np.uint8]:
+def pixels_of(surface: Any) -> npt.NDArray[np.uint8]:
     """Return the pixels of a surface, (height, width, 3), in an array of its own."""
-    width, height = surface.get_size()
-    flat = np.frombuffer(library.image.tobytes(surface, "RGB"), dtype=np.uint8)
-    pixels: npt.NDArray[np.uint8] = flat.reshape(height, width, 3).copy()
-    return pixels
+    return np.ascontiguousarray(pygame.surfarray.array3d(surface).swapaxes(0, 1))

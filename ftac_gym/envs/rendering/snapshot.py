@@ -1,6 +1,4 @@
-"""What there is to see of a craft at a moment."""
-
-from __future__ import annotations
+"""Truth about one spacecraft at a moment, the input of a frame."""
 
 from dataclasses import dataclass
 
@@ -14,20 +12,20 @@ from ftac_gym.utils.parameters import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """What there is to see of one craft of m wheels and k vibration modes: the truth, not the measurement.
+    """Truth, not measurement, about one spacecraft of m wheels and k vibration modes.
 
     Attributes
     ----------
     time
-        Since the start of the episode [s].
+        Time since the start of the episode [s].
     attitude, reference_attitude
         (4,) quaternions relative to inertial axes, scalar first, of the body and of the target.
     rate
         (3,) body rate in body axes [rad/s].
     attitude_error
-        [rad].
+        Pointing error [rad].
     rate_error
-        [rad/s].
+        Magnitude of the rate error [rad/s].
     on_target
         Whether both errors are within the scenario's limits of success.
     success
@@ -39,15 +37,15 @@ class Snapshot:
     wheel_momentum
         (m,) [N m s].
     effectiveness
-        (m,) share of its command that each wheel gives, in [0, 1].
+        (m,) share of the command that each wheel gives, in [0, 1].
     faulty
-        (m,) whether anything is wrong with each wheel.
+        (m,) True for a wheel with an acting fault.
     faults
-        What is wrong now, in words: the faults of wheels with their wheel, then those of sensors.
+        Descriptions of the acting faults: those of wheels with their wheel, then those of sensors.
     modal_displacement
         (k,) [kg^1/2 m].
     policy
-        Who flies; empty if nobody said.
+        Name of the policy; empty for none.
     """
 
     time: float
@@ -69,37 +67,39 @@ class Snapshot:
 
 
 def snapshots(batch: SpacecraftBatch, policy: str = "") -> tuple[Snapshot, ...]:
-    """Return what there is to see of every craft.
+    """Return a snapshot of every spacecraft.
 
     Parameters
     ----------
     batch
-        The craft; they must have been reset.
+        The spacecraft; they must have been reset.
     policy
-        Who flies them.
+        Name of the policy.
     """
     simulator, reward, success = batch.simulator, batch.reward, batch.scenario.success
     state, time = simulator.state, simulator.time
-    effect = simulator.truth()
-    acting = acting_faults(simulator.faults, time)
+    on_target = (reward.attitude_error < success.angle) & (reward.rate_error < success.rate)
+    arrays = {
+        "attitude": state.attitude,
+        "reference_attitude": simulator.reference_attitude,
+        "rate": state.rate,
+        "command": simulator.last_command,
+        "wheel_torque": state.wheel_torque,
+        "wheel_momentum": state.wheel_momentum,
+        "effectiveness": simulator.truth().effectiveness,
+        "modal_displacement": state.modal_displacement,
+    }
     return tuple(
         Snapshot(
-            time=float(time[craft]),
-            attitude=state.attitude[craft].copy(),
-            reference_attitude=simulator.reference_attitude[craft].copy(),
-            rate=state.rate[craft].copy(),
-            attitude_error=float(reward.attitude_error[craft]),
-            rate_error=float(reward.rate_error[craft]),
-            on_target=bool(reward.attitude_error[craft] < success.angle and reward.rate_error[craft] < success.rate),
-            success=bool(reward.success[craft]),
-            command=simulator.last_command[craft].copy(),
-            wheel_torque=state.wheel_torque[craft].copy(),
-            wheel_momentum=state.wheel_momentum[craft].copy(),
-            effectiveness=effect.effectiveness[craft].copy(),
-            faulty=acting[craft].wheels,
-            faults=acting[craft].descriptions,
-            modal_displacement=state.modal_displacement[craft].copy(),
+            time=float(time[i]),
+            attitude_error=float(reward.attitude_error[i]),
+            rate_error=float(reward.rate_error[i]),
+            on_target=bool(on_target[i]),
+            success=bool(reward.success[i]),
+            faulty=acting.wheels,
+            faults=acting.descriptions,
             policy=policy,
+            **{name: array[i].copy() for name, array in arrays.items()},
         )
-        for craft in range(simulator.num_spacecraft)
+        for i, acting in enumerate(acting_faults(simulator.faults, time))
     )

@@ -1,6 +1,4 @@
-"""The drawing library, imported when somebody looks."""
-
-from __future__ import annotations
+"""Drawing library, which is imported when something is drawn, and its text."""
 
 from functools import cache, lru_cache
 from importlib import import_module
@@ -9,35 +7,37 @@ from typing import Any
 from gymnasium.error import DependencyNotInstalled
 
 
-def drawing_library() -> Any:
-    """Return the module ``pygame``.
+class _Library:
+    """Module ``pygame``, imported with its first attribute."""
 
-    Raises
-    ------
-    gymnasium.error.DependencyNotInstalled
-        If it is missing; the message names the extra.
-    """
-    try:
-        return import_module("pygame")
-    except ImportError as error:
-        text = 'pygame is missing, which rendering needs: pip install "ftac-gym[render]"'
-        raise DependencyNotInstalled(text) from error
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            # Tools that inspect modules ask for these; they must not import the library.
+            raise AttributeError(name)
+        try:
+            return getattr(import_module("pygame"), name)
+        except ImportError as error:
+            text = 'pygame is missing, which rendering needs: pip install "ftac-gym[render]"'
+            raise DependencyNotInstalled(text) from error
+
+
+pygame: Any = _Library()
+"""Module ``pygame``; a missing one is a ``gymnasium.error.DependencyNotInstalled`` that names the extra."""
 
 
 class Lettering:
-    """Writes text in pygame's own font, which is there wherever pygame is.
+    """Text in pygame's own font, which needs no font of the system.
 
-    Parameters
+    Attributes
     ----------
-    pygame
-        The drawing library, with its fonts started.
+    text
+        Function from text, size [pixels] and colour to a surface with the text, which must not be drawn on.
     """
 
-    def __init__(self, pygame: Any) -> None:
-        # A font is a file that is read; a text that stays the same need not be drawn anew in each frame.
+    def __init__(self) -> None:
+        # Reading a font file and drawing a text cost more than looking them up.
         self._font = cache(lambda size: pygame.font.Font(None, size))
         self.text = lru_cache(maxsize=512)(self._draw)
-        """Returns a surface with a text, by text, size [pixels] and colour; not to be drawn on."""
 
     def _draw(self, text: str, size: int, color: tuple[int, int, int]) -> Any:
         return self._font(size).render(text, True, color)

@@ -1,37 +1,32 @@
-"""A window on the screen: the only thing here that opens a display."""
-
-from __future__ import annotations
+"""Window on the screen: only this module opens a display."""
 
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ftac_gym.envs.rendering.toolkit import drawing_library
+from ftac_gym.envs.rendering.toolkit import pygame
 
 
 class Window:
-    """A window that opens when there is something to show.
+    """Window that opens with the first picture.
 
     Parameters
     ----------
     width, height
-        [pixels].
+        Size [pixels].
     title
-        What its frame says.
+        Title of the window.
 
-    Raises
-    ------
-    gymnasium.error.DependencyNotInstalled
-        If pygame is missing.
+    Attributes
+    ----------
+    open
+        False once the window has been closed.
     """
 
     def __init__(self, width: int, height: int, title: str) -> None:
-        self._library = drawing_library()
         self.size = (width, height)
         self.title = title
         self.open = True
-        """False once its user has closed it."""
         self._screen: Any = None
         self._clock: Any = None
 
@@ -40,12 +35,13 @@ class Window:
 
         Raises
         ------
+        gymnasium.error.DependencyNotInstalled
+            If pygame is missing.
         RuntimeError
             If there is no screen to open a window on.
         """
         if not self.open:
             return
-        pygame = self._library
         if self._screen is None:
             try:
                 pygame.display.init()
@@ -56,18 +52,16 @@ class Window:
             pygame.display.set_caption(self.title)
             self._clock = pygame.time.Clock()
         if isinstance(picture, np.ndarray):
-            picture = surface_of(pygame, picture)
+            picture = pygame.surfarray.make_surface(picture.swapaxes(0, 1))
         if picture.get_size() != self.size:
             picture = pygame.transform.smoothscale(picture, self.size)
         self._screen.blit(picture, (0, 0))
         pygame.display.flip()
 
     def events(self) -> list[Any]:
-        """Return what its user did since the last call."""
-        if self._screen is None:
-            return []
-        events = list(self._library.event.get())
-        if any(event.type == self._library.QUIT for event in events):
+        """Return the events since the last call; that of the close button closes the window."""
+        events = [] if self._screen is None else list(pygame.event.get())
+        if any(event.type == pygame.QUIT for event in events):
             self.close()
         return events
 
@@ -77,14 +71,8 @@ class Window:
             self._clock.tick(frames_per_second)
 
     def close(self) -> None:
-        """Close it; a second call does nothing."""
+        """Close the window; a second call does nothing."""
         self.open = False
         if self._screen is not None:
             self._screen = None
-            self._library.display.quit()
-
-
-def surface_of(library: Any, frame: npt.NDArray[np.uint8]) -> Any:
-    """Return a surface with the pixels of a frame (height, width, 3)."""
-    height, width, _ = frame.shape
-    return library.image.frombuffer(np.ascontiguousarray(frame), (width, height), "RGB")
+            pygame.display.quit()
