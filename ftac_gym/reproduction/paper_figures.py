@@ -54,7 +54,7 @@ def _per_flight(flights: Recordings, label: str, draw: Draw) -> Figure:
     figure, panels = _sheet(flights, label)
     for panel, flight in zip(panels, flights.values(), strict=True):
         draw(panel, flight)
-    panels[0].legend(loc="upper right", fontsize=8)
+    panels[0].legend(fontsize=8)
     return figure
 
 

@@ -183,7 +183,7 @@ class Recording:
         return float(variation / max(len(command), 1) / self.scenario.control_period)
 
     def at_limit(self) -> npt.NDArray[np.bool_]:
-        """Return when each wheel of the first spacecraft is commanded its limit, (T, m)."""
+        """Return whether each wheel of the first spacecraft is commanded its limit, (T, m)."""
         limits = self.scenario.spacecraft.wheels.torque_limits
         return np.asarray(np.abs(self.command[:, 0]) >= limits * (1.0 - 1e-9))
 

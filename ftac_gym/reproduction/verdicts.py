@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from functools import partial
 from importlib.resources import files
@@ -99,7 +99,7 @@ class _Measured(dict[str, Any]):
 
 
 def written(
-    paper: str, findings: Mapping[str, Finding], flights: Recordings, measures: Mapping[str, Measure] | None = None
+    paper: str, findings: Mapping[str, Finding], flights: Recordings, measures: Mapping[str, Measure]
 ) -> list[Claim]:
     """Return the claims of a paper, in the order of its texts.
 
@@ -127,9 +127,7 @@ def written(
         If a claim has no finding or a finding no claim.
     """
     texts = tomllib.loads((files("ftac_gym.reproduction") / paper / "claims.toml").read_text(encoding="utf-8"))
-    known: dict[str, Any] = {
-        name: _Measured(flights, measure) for name, measure in {**MEASURES, **(measures or {})}.items()
-    }
+    known: dict[str, Any] = {name: _Measured(flights, item) for name, item in {**MEASURES, **measures}.items()}
     known.update({name: text.format(**known) for name, text in texts.pop("shared", {}).items()})
     require(set(texts) == set(findings), "findings", f"must be those of {sorted(texts)}", sorted(findings))
     claims = []
@@ -161,5 +159,5 @@ class Reproduction:
     """
 
     claims: Sequence[Claim]
-    studies: dict[str, Cells] = field(default_factory=dict)
-    figures: dict[str, Figure] = field(default_factory=dict)
+    studies: dict[str, Cells]
+    figures: dict[str, Figure]

@@ -76,7 +76,7 @@ def test_texts_take_values_and_measures_of_flights():
     plan = PAPERS["cao_2022"].plans()["PTC"]
     flights = Recordings({"PTC": record(replace(plan, scenario=sampled(plan.scenario, 0.1, 1.0)))})
     with pytest.raises(ValueError, match=r"findings must be those of \['asymptotic', .*, got \['unknown'\]"):
-        written("ma_2023", {"unknown": Finding(True)}, flights)
+        written("ma_2023", {"unknown": Finding(True)}, flights, {})
     with pytest.raises(KeyError, match="printed"):
         PAPERS["cao_2022"].evaluate(flights)
 

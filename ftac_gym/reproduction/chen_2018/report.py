@@ -18,7 +18,7 @@ def studies(flights: Recordings) -> dict[str, Cells]:
     """Return the tables that settle the claims."""
     return {
         "All schemes": _schemes(flights),
-        "M1 with less torque and with bounds that ask for more": _breaches(flights),
+        "M1 with less torque, and with bounds that require more": _breaches(flights),
         "Factors at the start: least margin in 5 s": grid(
             "delta(0)", named(plans.FACTORS, "{:g}"), plans.FILTER_STARTS,
             lambda factor, where: margin(flights[f"delta(0) = {factor:g}, {where}"])),

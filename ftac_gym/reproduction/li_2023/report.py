@@ -30,7 +30,7 @@ def studies(flights: Recordings) -> dict[str, Cells]:
             "relative error of w'": lambda name: f"{term_errors()[name]:.1e}",
             "largest difference of the quaternion in closed loop": lambda name: f"{loop_errors()[name]:.1e}",
         }),
-        "Sampling the observer: measures.largest |q_ev| and RMS of f^ - f from 160 to 200 s, |u|^2": grid(
+        "Sampling the observer: largest |q_ev| and RMS of f^ - f from 160 to 200 s, |u|^2": grid(
             "period [s]", named(PERIODS, "{:g}"), named(INTEGRATIONS),
             lambda period, method: _sampled(flights.get(f"{method}, {period:g} s"))),
         "Vibration: energy of the modes [mJ], and root mean square of their torque on the body": _vibration(flights),
