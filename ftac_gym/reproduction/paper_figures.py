@@ -38,7 +38,7 @@ def _lines(panel: Axes, time: FloatArray, values: FloatArray, labels: Sequence[s
         _line(panel, time, values[:, axis], **{"color": COLORS[axis], "label": label, **look})
 
 
-def _sheet(flights: Recordings, label: str, height: float = 3.4) -> tuple[Figure, list[Axes]]:
+def _sheet(flights: Recordings, label: str, height: float = 3.6) -> tuple[Figure, list[Axes]]:
     """Return a figure with one empty panel per flight."""
     figure = Figure(figsize=(3.4 * len(flights), height), layout="constrained")
     panels = figure.subplots(1, len(flights), squeeze=False)[0]
@@ -50,11 +50,11 @@ def _sheet(flights: Recordings, label: str, height: float = 3.4) -> tuple[Figure
 
 
 def _per_flight(flights: Recordings, label: str, draw: Draw) -> Figure:
-    """Return one panel per flight, filled by a function, with a legend in the first."""
+    """Return one panel per flight, filled by a function, and a legend of the first below them."""
     figure, panels = _sheet(flights, label)
     for panel, flight in zip(panels, flights.values(), strict=True):
         draw(panel, flight)
-    panels[0].legend(fontsize=8)
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
     return figure
 
 

@@ -85,7 +85,7 @@ def draw(flights: Recordings) -> dict[str, Figure]:
     compared = flights.chosen(SCHEMES)
     sampled = flights.chosen(("M1 sampled", "prescribed performance"), "hold 0.005 s, {}")
     bands = {**compared, "M1 sampled": sampled["M1 sampled"]}
-    sizes = Recordings({**flights, **bands}).chosen(("M1", "M1, lower = upper = 1", "M1 sampled", "M1, 7 N m"))
+    sizes = {**flights.chosen(("M1", "M1, lower = upper = 1", "M1, 7 N m")), "M1 sampled": sampled["M1 sampled"]}
     return {
         "attitude": figures.attitude(compared),
         "bounds": figures.bounded(compared, bound()),
