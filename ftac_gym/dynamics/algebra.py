@@ -3,8 +3,6 @@
 The order of the operations is part of the results: a function is used where its order is the one wanted.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

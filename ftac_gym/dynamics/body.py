@@ -1,7 +1,5 @@
 """Compiled rigid body: external torque, inertia, Euler's equation and kinematics."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

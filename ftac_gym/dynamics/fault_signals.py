@@ -5,8 +5,6 @@ shrinks does so in a straight line across the step: within a step everything is 
 order.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

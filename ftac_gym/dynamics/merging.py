@@ -1,7 +1,5 @@
 """Episodes of some spacecraft put in the place of those that they were in."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -8,8 +8,6 @@ which needs no acceleration of the body. The body then is one of inertia J - del
 delta' psi and feels the torque delta' (C eta' + K eta).
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from ftac_gym.utils.compiling import inlined

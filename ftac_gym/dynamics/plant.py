@@ -7,8 +7,6 @@ sums, together with the flexible modes if there are any.
 Faults switch on and off only between physics steps: within a step the torque is smooth, and RK4 keeps its order.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The compiled measurement: the commanded attitude of the moment, and what the sensors report."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

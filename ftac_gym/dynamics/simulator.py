@@ -1,7 +1,5 @@
 """True plant of N spacecraft, each in an episode of its own."""
 
-from __future__ import annotations
-
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 

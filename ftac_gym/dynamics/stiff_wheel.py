@@ -5,8 +5,6 @@ friction is. ``resistance`` is the triple of the factors on the dry friction for
 [N m].
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The wheel array as the compiled plant reads it: every constant that a physics step needs, worked out beforehand."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

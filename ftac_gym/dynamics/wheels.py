@@ -10,8 +10,6 @@ Away from rest, friction is Coulomb plus viscous and the solution is closed; els
 impulse that the wheel lost: total momentum is conserved to rounding.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

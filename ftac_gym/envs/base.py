@@ -1,7 +1,5 @@
 """Arguments, attributes and methods that the single and the vector environment share."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """N spacecraft with their episodes, observations and rewards."""
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces

@@ -4,8 +4,6 @@ A tier adds to the one before it: ``attitude`` (attitude, rate, own commands), `
 status and vibration modes too) and ``oracle`` (the true faults: a reference, never a policy to compare).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Compiled observations of N spacecraft, with the filters behind their residuals."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

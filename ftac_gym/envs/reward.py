@@ -14,8 +14,6 @@ With theta the true pointing error [rad], w_e the true rate error, u the wheel c
 ================ ===========================================================================================
 """
 
-from __future__ import annotations
-
 import math
 from functools import reduce
 from operator import add

@@ -1,7 +1,5 @@
 """One faulty spacecraft as a Gymnasium environment."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Many faulty spacecraft at once as a native Gymnasium vector environment."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

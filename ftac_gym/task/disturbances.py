@@ -1,7 +1,5 @@
 """External torques: a constant and harmonics, with a factor that may grow with the body rate."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """True inertia of a spacecraft, which differs from the nominal one."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -10,8 +10,6 @@ argument of latitude, exact without any fit: a constant and harmonics at the orb
 * There is no shadow of the Earth, and the areas across air and sunlight are the same from every side.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import partial

@@ -3,8 +3,6 @@
 Each kind of reference fills two record arrays that the plant reads: REFERENCE (N,) and SET_POINT (N, points).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import IntEnum
 from itertools import pairwise

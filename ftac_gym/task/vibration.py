@@ -1,7 +1,5 @@
 """True vibration modes of a spacecraft, with their energy and their torque on the body."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """From points in space to points on the screen."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -1,7 +1,5 @@
 """Frames of the spacecraft of an environment, in an array or in a window."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The shape of the craft: a box, two panels that bend, and the wheels."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ftac_gym.spacecraft.appendages import FlexibleAppendages

@@ -1,7 +1,5 @@
 """Colours of the 3-D view, of which the colour-blind can tell those that mean something apart."""
 
-from __future__ import annotations
-
 Color = tuple[int, int, int]
 
 SPACE: Color = (14, 18, 32)

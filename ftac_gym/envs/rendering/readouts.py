@@ -1,7 +1,5 @@
 """Numbers, text and bars around the scene."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
