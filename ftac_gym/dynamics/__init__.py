@@ -1,4 +1,4 @@
-"""The true plant, compiled and batched over craft."""
+"""True plant, compiled and batched over N spacecraft."""
 
 from ftac_gym.dynamics.simulator import Simulator
 from ftac_gym.dynamics.state import State

@@ -1,6 +1,6 @@
 """Compiled algebra of triples and quaternions, scalar first: tuples, which the compiler holds in registers.
 
-The order of the operations is part of the results: a function is used where its order is the one wanted.
+The order of the operations is part of the results, and so is the compiler's choice of fused ones.
 """
 
 import math

@@ -11,8 +11,8 @@ from ftac_gym.utils.compiling import inlined
 def fill_disturbance(torque: Any, steady: Any, harmonics: Any, time: float, step: float) -> None:
     """Write the external torque at every half step, (2 * substeps + 1, 3) [N m], before any scaling with the rate.
 
-    The sine and cosine of a harmonic advance by a fixed rotation, which costs four multiplications instead of two
-    transcendental functions; both restart from exact values at every call.
+    The sine and cosine of a harmonic advance by a fixed rotation, at four multiplications instead of two transcendental
+    functions; both restart from exact values at every call.
     """
     for stage in range(torque.shape[0]):
         torque[stage, 0] = steady.constant[0]

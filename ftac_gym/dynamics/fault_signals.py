@@ -1,8 +1,7 @@
-"""Compiled evaluation of the fault tables: what acts, how much of it, and what that does to a wheel.
+"""Compiled evaluation of the fault tables: acting faults, the part of them that is present, and their signals.
 
-Which faults act is decided at the start of a physics step and holds for the whole of it, and a fault that grows or
-shrinks does so in a straight line across the step: within a step everything is smooth, and the integrator keeps its
-order.
+A fault acts during a whole physics step or not at all, as decided at its start. A fault that grows or shrinks does so
+linearly across the step. Within a step everything is smooth, and the integrator keeps its order.
 """
 
 import math
@@ -10,13 +9,13 @@ from typing import Any
 
 from ftac_gym.utils.compiling import inlined
 
-# Two times closer than this are the same time: it absorbs rounding in t = step * period [s].
+# Times closer than this are equal [s]: it absorbs rounding in t = step * period.
 TIME_TOLERANCE = 1e-9
 
 
 @inlined
 def acts(fault: Any, switches: Any, i: int, time: float) -> bool:
-    """Whether a fault of craft i acts at a time [s]; ``switches`` (N, chains, FLIPS) are the switching times."""
+    """Return True if a fault of spacecraft i acts at a time [s]; ``switches`` (N, chains, FLIPS): switching times."""
     since = time - fault.onset
     if since < -TIME_TOLERANCE or time >= fault.recovery - TIME_TOLERANCE:
         return False
@@ -35,7 +34,7 @@ def acts(fault: Any, switches: Any, i: int, time: float) -> bool:
 
 @inlined
 def part_at(fault: Any, time: float) -> float:
-    """Which part of an acting fault is there at a time [s], in [0, 1]."""
+    """Return the part of an acting fault that is present at a time [s], in [0, 1]."""
     part = 1.0
     if fault.rise > 0.0:
         part = min(max((time - fault.onset) / fault.rise, 0.0), 1.0)
@@ -46,7 +45,7 @@ def part_at(fault: Any, time: float) -> float:
 
 @inlined
 def effectiveness_at(fault: Any, part: float, time: float) -> float:
-    """Effectiveness under an acting fault of which a part is there, at a time of the episode [s]."""
+    """Return the effectiveness under a part of an acting fault at a time of the episode [s]."""
     whole = fault.effectiveness
     if fault.effectiveness_amplitude != 0.0:
         angle = fault.effectiveness_frequency * time + fault.effectiveness_phase
@@ -56,17 +55,17 @@ def effectiveness_at(fault: Any, part: float, time: float) -> float:
 
 @inlined
 def bias_at(fault: Any, part: float, since: float) -> float:
-    """Bias torque [N m] of an acting fault of which a part is there, ``since`` seconds after its onset."""
+    """Return the bias torque [N m] of a part of an acting fault, ``since`` seconds after its onset."""
     bias = fault.bias + fault.bias_slope * since
     if fault.bias_amplitude != 0.0:
-        swing = fault.bias_amplitude * math.sin(fault.bias_frequency * since + fault.bias_phase)
-        bias += swing * since**fault.bias_exponent if fault.bias_exponent != 0.0 else swing
+        wave = fault.bias_amplitude * math.sin(fault.bias_frequency * since + fault.bias_phase)
+        bias += wave * since**fault.bias_exponent if fault.bias_exponent != 0.0 else wave
     return part * bias
 
 
 @inlined
 def untouched(faults: Any, i: int, j: int, begin: float, end: float) -> bool:
-    """Whether no fault of wheel j of craft i can act between two times [s]."""
+    """Return True if no fault of wheel j of spacecraft i can act between two times [s]."""
     touched = False
     for layer in range(faults.shape[2]):
         touched |= faults[i, j, layer].onset < end and faults[i, j, layer].recovery > begin
@@ -75,12 +74,12 @@ def untouched(faults: Any, i: int, j: int, begin: float, end: float) -> bool:
 
 @inlined
 def constant_signals(faults: Any, i: int, j: int, begin: float, end: float) -> Any:
-    """Signals of wheel j of craft i that do not change between two times [s].
+    """Return the signals of wheel j of spacecraft i, if they are constant between two times [s].
 
     Returns
     -------
-    Whether they are constant at all; whether the wheel is locked; its delay [control periods], effectiveness, bias
-    [N m], factors on the dry friction forward and backward, and brake [N m].
+    Flag of constant signals, without which the others have no meaning; flag of a locked wheel; delay [control
+    periods], effectiveness, bias [N m], factors on the dry friction forward and backward, and brake [N m].
     """
     locked, delay, effectiveness, bias = False, 0, 1.0, 0.0
     forward, backward, brake = 1.0, 1.0, 0.0
@@ -106,12 +105,12 @@ def constant_signals(faults: Any, i: int, j: int, begin: float, end: float) -> A
 
 @inlined
 def step_signals(faults: Any, switches: Any, i: int, j: int, time: float, step: float) -> Any:
-    """Signals of wheel j of craft i over one physics step.
+    """Return the signals of wheel j of spacecraft i over one physics step.
 
     Returns
     -------
-    Whether the wheel is locked; its delay [control periods]; effectiveness at the start, the middle and the end; bias
-    [N m] likewise; the factors on its dry friction forward and backward, and the brake [N m], in the middle.
+    Flag of a locked wheel; delay [control periods]; effectiveness at the start, the middle and the end; bias [N m] at
+    the same times; factors on the dry friction forward and backward, and brake [N m], in the middle.
     """
     locked, delay = False, 0
     start, middle, end = 1.0, 1.0, 1.0

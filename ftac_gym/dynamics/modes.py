@@ -1,11 +1,11 @@
-"""Compiled vibration modes: what flexible appendages do to the body, and what the body does to them.
+"""Compiled vibration modes of flexible appendages, coupled with the body.
 
 With eta the modal displacements and psi = eta' + delta w::
 
     eta' = psi - delta w,    psi' = -(C eta' + K eta),
 
-which needs no acceleration of the body. The body then is one of inertia J - delta' delta that carries the momentum
-delta' psi and feels the torque delta' (C eta' + K eta).
+which needs no acceleration of the body. The body then has the inertia J - delta' delta, carries the momentum
+delta' psi and is under the torque delta' (C eta' + K eta).
 """
 
 from typing import Any
@@ -15,7 +15,7 @@ from ftac_gym.utils.compiling import inlined
 STIFFNESS, DAMPING, COUPLING_X, COUPLING_Y, COUPLING_Z = 0, 1, 2, 3, 4
 DISPLACEMENT, MOTION, STAGE_DISPLACEMENT, STAGE_MOTION, SUM_DISPLACEMENT, SUM_MOTION = 5, 6, 7, 8, 9, 10
 ROWS = 11
-"""Rows of the working array (ROWS, k) of one craft: parameters, then eta and psi, their stage values and their sums."""
+"""Rows of the working array (ROWS, k) of one spacecraft: parameters, eta and psi, their stage values and sums."""
 
 
 @inlined
@@ -43,7 +43,7 @@ def begin_step(work: Any) -> None:
 
 @inlined
 def modal_stage(work: Any, w: Any, weight: float, ahead: float) -> Any:
-    """Take one stage of a Runge-Kutta step: sum the slopes with a weight, and go ``ahead`` [s] for the next stage.
+    """Take one stage of a Runge-Kutta step: sum the slopes with a weight, and advance by ``ahead`` [s] from the start.
 
     Returns
     -------

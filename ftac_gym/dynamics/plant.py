@@ -1,8 +1,8 @@
-"""The compiled plant: wheels with faults, then the body, one craft after the other.
+"""Compiled plant: wheels with faults, then the body, one spacecraft after the other.
 
-Wheels do not feel the body (their momentum changes by the torque alone), so each control period first turns every wheel
-through all its physics steps, noting its torque at the three stage times of RK4, and then integrates the body with the
-sums, together with the flexible modes if there are any.
+The body does not act on the wheels: their momentum changes by the torque alone. Each control period therefore first
+turns every wheel through all its physics steps and stores its torque at the three stage times of RK4. The body is then
+integrated with the sums of these torques, together with the flexible modes if there are any.
 
 Faults switch on and off only between physics steps: within a step the torque is smooth, and RK4 keeps its order.
 """
@@ -71,19 +71,35 @@ def advance(
     step: float,
     substeps: int,
 ) -> None:
-    """Advance craft ``start`` to ``stop - 1`` by one control period, in place, by classical RK4.
+    """Advance spacecraft ``start`` to ``stop - 1`` by one control period, in place, by classical RK4.
 
-    Arrays (N craft, m wheels): ``attitude`` (N, 4), ``rate`` (N, 3) [rad/s], ``wheel_momentum`` (N, m) [N m s],
-    ``motor_torque`` and ``last_torque`` (N, m) [N m], ``ticks`` (N,) control periods since the start, ``command``
-    (N, m) [N m], ``past`` (N, D, m) the D commands before it, latest first (D may be zero if no fault delays),
-    ``array`` WHEEL (m,), ``inertia`` INERTIA (N,), ``appendages`` MODE (N, k), ``modal_displacement`` and
-    ``modal_rate`` (N, k), ``faults`` FAULT (N, m, layers), ``switches`` (N, chains, FLIPS) [s], ``steady`` DISTURBANCE
-    (N,), ``harmonics`` HARMONIC (N, K); ``step`` is the physics step [s], of which a control period has ``substeps``.
+    A wheel that would pass its momentum limit within a step gives the share of its torque that takes it there.
 
-    ``appendages`` and both arrays of the modes are None for rigid bodies: they are compiled apart, without any trace of
-    the modes.
-
-    A wheel that would pass its momentum limit within a step gives just the share of its torque that takes it there.
+    Parameters
+    ----------
+    start, stop
+        Range of the N spacecraft.
+    attitude, rate
+        State of the body, (N, 4) and (N, 3) [rad/s].
+    wheel_momentum, motor_torque, last_torque
+        State of the wheels, (N, m) each [N m s, N m, N m].
+    ticks
+        (N,) control periods since the start of the episode.
+    command, past
+        (N, m) commands [N m], and (N, D, m) the D commands before, latest first; D may be zero if no fault delays.
+    array, coupled
+        WHEEL records (m,); True if the stored momentum acts on the body.
+    inertia, rate_torque
+        INERTIA records (N,); True for the term -J' w.
+    appendages, modal_displacement, modal_rate
+        MODE records (N, k) and state of the modes (N, k). All are None for rigid bodies, for which the compiler makes a
+        plant of their own without modes.
+    faults, switches
+        FAULT records (N, m, layers) and switching times (N, chains, FLIPS) [s].
+    steady, harmonics
+        DISTURBANCE records (N,) and HARMONIC records (N, K).
+    step, substeps
+        Physics step [s], and number of them in a control period.
     """
     count = array.shape[0]
     external = np.empty((2 * substeps + 1, 3))
@@ -178,7 +194,7 @@ def advance(
             w = add3(w, step / 6.0, add3(add3(spin_1, 1.0, spin_4), 2.0, add3(spin_2, 1.0, spin_3)))
             if coupled:
                 stored = add3(stored, -step / 6.0, add3(add3(wheel_1, 1.0, wheel_4), 4.0, wheel_2))
-        # RK4 keeps the norm to (rate * step)^6 a step; once a period suffices to keep it at rounding error.
+        # RK4 keeps the norm to (rate * step)^6 a step: once a period suffices to keep it to rounding.
         store_unit(attitude, i, q)
         rate[i, 0], rate[i, 1], rate[i, 2] = w
         if appendages is not None:

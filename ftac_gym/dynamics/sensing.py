@@ -1,4 +1,4 @@
-"""The compiled measurement: the commanded attitude of the moment, and what the sensors report."""
+"""Compiled measurement: the commanded attitude of the moment, and the reports of the sensors."""
 
 import math
 from typing import Any
@@ -30,7 +30,7 @@ _MRP_SINUSOID = int(ReferenceKind.MRP_SINUSOID)
 
 @inlined
 def sinusoid(record: Any, axis: int, time: float) -> Any:
-    """Value, first and second derivative of constant + amplitude sin(frequency t + phase) on one axis."""
+    """Return value, first and second derivative of constant + amplitude sin(frequency t + phase) on one axis."""
     angle = record.frequency[axis] * time + record.phase[axis]
     sine, cosine = record.amplitude[axis] * math.sin(angle), record.amplitude[axis] * math.cos(angle)
     frequency = record.frequency[axis]
@@ -66,7 +66,7 @@ def mrp_map(sigma: Any, square: float, a: Any, along: float) -> Any:
 
 @inlined
 def follow_mrp(i: int, record: Any, time: float, attitude: Any, rate: Any, acceleration: Any) -> None:
-    """Reference from modified Rodrigues parameters.
+    """Write the reference from modified Rodrigues parameters.
 
     With P(v) = (1 - s^2) v - 2 sigma x v + 2 sigma (sigma.v): w = 4 P(sigma') / (1 + s^2)^2 and
     w' = 4 (P(sigma'') + 2 sigma ``|sigma'|^2``) / (1 + s^2)^2 - 4 (sigma.sigma') / (1 + s^2) w.
@@ -87,7 +87,7 @@ def follow_mrp(i: int, record: Any, time: float, attitude: Any, rate: Any, accel
 
 @inlined
 def half_turn_rate(q: Any, record: Any, time: float) -> Any:
-    """q' = 1/2 q (x) [0, w_d(t)]."""
+    """Return q' = 1/2 q (x) [0, w_d(t)]."""
     x, y, z = sinusoid(record, 0, time)[0], sinusoid(record, 1, time)[0], sinusoid(record, 2, time)[0]
     return quaternion_product(q, (0.0, 0.5 * x, 0.5 * y, 0.5 * z))
 
@@ -96,7 +96,7 @@ def half_turn_rate(q: Any, record: Any, time: float) -> Any:
 def follow_rate(
     i: int, record: Any, tick: int, step: float, substeps: int, attitude: Any, rate: Any, acceleration: Any
 ) -> None:
-    """Reference from a rate profile: integrate the attitude over the control period that ends now (RK4)."""
+    """Write the reference from a rate profile: integrate the attitude over the control period that ends now (RK4)."""
     period = step * substeps
     if tick == 0:
         for k in range(4):
@@ -117,7 +117,7 @@ def follow_rate(
 
 @entry_point(algebra, fault_signals, randomness, references)
 def sense(
-    craft: Any,
+    rows: Any,
     attitude: Any,
     rate: Any,
     ticks: Any,
@@ -138,16 +138,16 @@ def sense(
     measured_rate: Any,
     star_tracker_valid: Any,
 ) -> None:
-    """Update the reference and the measurement of the listed craft after a reset or a control period, in place.
+    """Update the reference and the measurement of the listed rows after a reset or a control period, in place.
 
-    ``craft`` (n,) holds indices into the arrays of N craft; reference and measurement arrays are (N, 4) or (N, 3), the
-    rate and acceleration of the reference in the reference frame's axes. The noise is a function of (key, episode,
-    tick) alone. The gyro bias walks by one step for every tick after the first. While the star tracker is out, the
-    measured attitude is the last one, turned by the mean of the last two measured rates.
+    Reference and measurement arrays are (N, 4) or (N, 3), the rate and acceleration of the reference in the reference
+    frame's axes. The noise is a function of (key, episode, tick) alone. The gyro bias walks by one step for every tick
+    after the first. While the star tracker is out, the measured attitude is the last one, turned by the mean of the
+    last two measured rates.
     """
     period = step * substeps
-    for index in range(craft.shape[0]):
-        i = craft[index]
+    for index in range(rows.shape[0]):
+        i = rows[index]
         tick = ticks[i]
         record = reference[i]
         if record.kind == _SET_POINTS:

@@ -122,8 +122,8 @@ class Simulator:
         Raises
         ------
         ValueError
-            If the mask has the wrong shape, the number of episodes is not that of the spacecraft to be reset, the
-            episodes do not fit the scenario, or some spacecraft has never been reset.
+            If the mask has the wrong shape, or does not cover all spacecraft at the first reset. Also if the episodes
+            do not fit the scenario or are not one for each spacecraft to be reset.
         """
         rows = self._indices
         if mask is not None:

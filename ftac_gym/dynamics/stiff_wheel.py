@@ -21,8 +21,10 @@ _SECOND = 0.5 * (1.0 + _GAMMA)
 _MOST_ITERATIONS = 60
 
 _REST = 1e-12
-"""A wheel that friction slows down rests below this share of the momentum at which the Coulomb torque sets in;
-otherwise it would creep on for ever, into the denormal numbers, which are slow."""
+"""Share of the momentum at which the Coulomb torque sets in, below which a wheel that friction slows down rests.
+
+Without it the wheel would creep on into the denormal numbers, which are slow.
+"""
 
 
 @inlined
@@ -33,7 +35,7 @@ def friction(wheel: Any, momentum: float, factor: float) -> Any:
     bell = math.exp(-ratio * ratio)
     turn = speed * wheel.inverse_coulomb_speed
     if abs(turn) < 0.005:
-        # The hyperbolic tangent to the last digit however close to rest: the solver stalls on less.
+        # The hyperbolic tangent to the last digit, however close to rest: the solver stalls on less.
         square = turn * turn
         tangent = turn * (1.0 - square * (1.0 - 0.4 * square) / 3.0)
     else:
@@ -48,7 +50,7 @@ def friction(wheel: Any, momentum: float, factor: float) -> Any:
 
 @inlined
 def powered(wheel: Any, drive: float, momentum: float) -> float:
-    """Return what the power limit leaves of a motor torque [N m] at a momentum [N m s]."""
+    """Return a motor torque within the power limit [N m] at a momentum [N m s]."""
     if abs(drive * momentum) * wheel.inverse_inertia <= wheel.power_limit:
         return drive
     return math.copysign(wheel.power_limit / (abs(momentum) * wheel.inverse_inertia), drive)
@@ -62,7 +64,7 @@ def net_torque(wheel: Any, momentum: float, drive: float, resistance: Any) -> An
     """
     forward, backward, brake = resistance
     if momentum == 0.0:
-        # The brake holds what it can.
+        # At rest the brake opposes any torque up to its own.
         return drive - min(max(drive, -brake), brake), 0.0, math.inf
     drag, slope = friction(wheel, momentum, forward if momentum > 0.0 else backward)
     return powered(wheel, drive, momentum) + drag + math.copysign(brake, momentum), drag, slope
@@ -72,10 +74,10 @@ def net_torque(wheel: Any, momentum: float, drive: float, resistance: Any) -> An
 def implicit_momentum(wheel: Any, free: float, weight: float, drive: float, guess: float, resistance: Any) -> float:
     """Solve h + weight (drive + friction(h) + brake sign(h)) = free for the momentum h, with a guess of it.
 
-    Friction has the sign of h, so that the sign of the solution is known beforehand, and a Newton iteration that is
-    kept between bounds finds it; where it makes no headway, round the bends of friction and of the power limit, the
-    bounds are halved. Where friction falls with the speed there may be three solutions, and the guess decides; a wheel
-    that turns round is sought from rest, where friction catches it if it can.
+    Friction has the sign of h, which gives the sign of the solution beforehand. A Newton iteration between bounds finds
+    the solution; the interval is halved where the iteration stalls, at the bends of friction and of the power limit.
+    Where friction falls with the speed there may be three solutions, and the guess decides. The search for a wheel
+    that changes direction starts at rest, where friction holds the wheel if it is strong enough.
     """
     forward, backward, brake = resistance
     pushed = free - weight * drive
@@ -105,7 +107,7 @@ def implicit_momentum(wheel: Any, free: float, weight: float, drive: float, gues
             following = 0.5 * (low + high)
         moved = abs(following - x)
         x = following
-        # What is left after a move is of the order of its square over the width of the bend.
+        # The error after a move is of the order of its square over the width of the bend.
         if direct and moved <= 1e-7 * high and moved * moved <= 1e-14 * high * wheel.coulomb_momentum:
             break
     return sign * x
@@ -125,8 +127,8 @@ def stiff_step(
 ) -> Any:
     """Return the momentum of wheel j after a physics step by the implicit method, and its torque before and after.
 
-    ``limited`` is the command within its limits and ``missing`` what the motor lacks of it at the start, both in N m;
-    effectiveness e and bias b are those at the start, the middle and the end of the step.
+    ``limited`` is the command within its limits and ``missing`` its excess over the motor torque at the start, both in
+    N m; effectiveness e and bias b are triples for the start, the middle and the end of the step.
     """
     wheel = array[j]
     e_1, e_2, e_4 = effectiveness
@@ -151,7 +153,7 @@ def stiff_step(
         b = first * b_1 + second * b_2 + third * b_4
         drive = e * (limited - missing * wheel.lag_left[stage]) + b
         ahead, against = max(ahead, -sign * drive), max(against, sign * drive)
-        # Explicit Euler is the better guess, but must not take a wheel out of the grip of its friction.
+        # Explicit Euler is the better guess, but overshoots where friction is steep.
         guess = result if grip > 0.3 else free - step * _GAMMA * (drive + drag)
         if guess * momentum < 0.0:
             guess = 0.0
@@ -161,8 +163,8 @@ def stiff_step(
             slope_1 = slope
         else:
             slope_2 = slope
-    # Friction and brake neither speed a wheel up nor turn it round, but a step too coarse for them can: extrapolating
-    # from stages before and after the wheel stopped. Implicit Euler cannot, and steps that are fine do not come here.
+    # Friction and brake neither accelerate nor reverse a wheel, but a coarse step across the stop can.
+    # Implicit Euler cannot; fine steps do not reach this branch.
     wrong = sign * result > sign * momentum + 1.1 * step * ahead
     if momentum * result < 0.0:
         returning, _ = friction(wheel, result, forward if result > 0.0 else backward)

@@ -1,4 +1,4 @@
-"""The wheel array as the compiled plant reads it: every constant that a physics step needs, worked out beforehand."""
+"""Wheel array as the compiled plant reads it: every constant of a physics step, computed beforehand."""
 
 import math
 
@@ -30,13 +30,21 @@ WHEEL = np.dtype(
         ("lag_left", "f8", (3,)),
     ]
 )
-"""Per wheel: its axis, limits [N m, N m s, N m, W], 1.0 if none of the effects below is on, friction as in
-:class:`~ftac_gym.spacecraft.friction.Friction` [SI units], and what the step of :func:`.turn_wheel` uses:
-the momentum at which the Coulomb torque sets in [N m s] (endless without friction) and that beyond which friction is
-Coulomb plus viscous to 1e-12 (negative without dry friction), the share of
-the momentum that viscous friction leaves after a step, the weights [s] of the forcing at the start, the middle and the
-end of a step, the same for a forcing times the lag's exponential, and how much of the lag is left at the two inner
-stages and at the end of a step.
+"""Constants of one wheel.
+
+========================= =============================================================================================
+``axis``                  unit vector in body axes
+``torque_limit``, ...     limits [N m, N m s, N m, W]
+``ideal``                 1.0 if none of dead-band, power limit, friction and lag is on
+``coulomb``, ...          friction as in :class:`~ftac_gym.spacecraft.friction.Friction`, speeds inverted [SI units]
+``coulomb_momentum``      momentum at which the Coulomb torque sets in [N m s]; infinite without friction
+``linear_momentum``       momentum beyond which friction is Coulomb plus viscous to 1e-12 [N m s]; negative without dry
+                          friction
+``keep``                  share of the momentum that viscous friction leaves after a step
+``forcing``               weights [s] of the forcing at the start, the middle and the end of a step
+``lag_forcing``           the same for a forcing times the exponential of the lag
+``lag_left``              remaining share of the lag at the two inner stages and at the end of a step
+========================= =============================================================================================
 """
 
 STIFF_GAMMA = 0.43586652150845899942
@@ -90,8 +98,8 @@ def _weights(step: float, decay: float, lag_rate: float) -> FloatArray:
     They integrate p(t) exp(-lag_rate t) exp(-decay (step - t)) over the step, exactly for every quadratic p: Simpson's
     rule if both rates are zero.
     """
-    # In units of the step, the joined exponentials are exp(-slower) times one that falls at ``rate`` from one end of
-    # the step to the other: with y counted from the end where it is 1, no factor can overflow.
+    # In units of the step, the product of the exponentials is exp(-slower) exp(-rate y).
+    # With y counted from the end where the second one is 1, no factor can overflow.
     slower, rate = min(lag_rate, decay) * step, abs(lag_rate - decay) * step
     if rate < 20.0:
         nodes, weights = np.polynomial.legendre.leggauss(40)

@@ -6,8 +6,8 @@ limits, T the lag, e(t) and b(t) effectiveness and bias, and T_f friction::
     T m' = u - m,    h' = -(e m + b + T_f(h / I)).
 
 Away from rest, friction is Coulomb plus viscous and the solution is closed; elsewhere the step is implicit
-(:mod:`.stiff_wheel`). Either way the torques handed to the body at the stages of its Runge-Kutta step have exactly the
-impulse that the wheel lost: total momentum is conserved to rounding.
+(:mod:`.stiff_wheel`). The torques at the stages of the body's Runge-Kutta step have the impulse that the wheel lost:
+total momentum is conserved to rounding.
 """
 
 import math
@@ -50,7 +50,7 @@ def turn_wheel(
     substeps: int,
     actuation: Any,
 ) -> Any:
-    """Turn wheel j of craft i through a control period, physics step by physics step.
+    """Turn wheel j of spacecraft i through a control period, physics step by physics step.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def turn_wheel(
     momentum, motor, last
         State: momentum [N m s], motor torque [N m], torque on the body at the end of the step before [N m].
     begin, step, substeps
-        Start of the period and physics step [s], and how many of them the period has.
+        Start of the period and physics step [s], and number of steps in the period.
     actuation
         (substeps, 9): the torque of the wheel [N m], body axes, at the start, the middle and the end of each step is
         added to it.
@@ -96,7 +96,7 @@ def turn_wheel(
             pushed = push_1 * full_1 + push_2 * full_2 + push_4 * full_4
             lack = wheel.lag_forcing[0] * e_1 + wheel.lag_forcing[1] * e_2 + wheel.lag_forcing[2] * e_4
         if substep == 0 and constant:
-            # Calm: nothing that the closed form leaves out can happen in this period, so that nothing need be checked.
+            # Calm: no limit, brake or rest can occur in this period, and the closed form needs no check.
             largest = abs(full_1) + abs(e_1 * missing)
             drag = coulomb * max(forward, backward) + decay * abs(momentum)
             travel = substeps * step * (largest + drag)
@@ -104,7 +104,7 @@ def turn_wheel(
             calm = not locked and brake == 0.0 and (edge < 0.0 or nearest > edge) and farthest < limit
             calm = calm and largest * farthest * inverse_inertia <= power_limit
         missing_4 = missing * lag_left
-        # The solution as if friction were Coulomb and viscous and nothing else acted.
+        # The solution for Coulomb and viscous friction alone.
         dry = math.copysign(coulomb, momentum) * (forward if momentum > 0.0 else backward)
         reached = keep * momentum - (pushed + push * dry) + lack * missing
         drive_1, drive_4 = full_1 - e_1 * missing, full_4 - e_4 * missing_4
@@ -129,14 +129,14 @@ def turn_wheel(
             mean = (momentum - inside) * per_step
             after = torque_4
             if inside != reached:
-                # At most 1, and 0 for a wheel that stands at its limit and is pushed further.
+                # At most 1, and 0 for a wheel at its limit under a torque beyond it.
                 share = (inside - momentum) / (reached - momentum)
                 after, torque_1, torque_4 = share * torque_4, mean, mean
             elif stiff and momentum * inside <= 0.0:
-                # Friction turns round or lets go within the step: only its impulse is well defined.
+                # Friction reverses or vanishes within the step: only its impulse is well defined.
                 torque_1, torque_4 = mean, mean
             reached = inside
-        # The middle is what makes Simpson's rule, which the body applies, give the impulse that the wheel lost.
+        # With this middle, Simpson's rule of the body gives the impulse that the wheel lost.
         torque_2 = 1.5 * mean - 0.25 * (torque_1 + torque_4)
         add_torque(actuation, substep, 0, torque_1, axis)
         add_torque(actuation, substep, 3, torque_2, axis)

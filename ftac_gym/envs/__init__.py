@@ -1,4 +1,4 @@
-"""The environments."""
+"""Gymnasium environments: one spacecraft, and N of them side by side."""
 
 from ftac_gym.envs.single import SpacecraftFTCEnv
 from ftac_gym.envs.vector import SpacecraftFTCVectorEnv

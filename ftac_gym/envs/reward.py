@@ -1,9 +1,9 @@
-"""The reward: a sum of named terms, computed from the true state.
+"""Reward, a sum of named terms computed from the true state.
 
 With theta the true pointing error [rad], w_e the true rate error, u the wheel commands over their limits:
 
 ================ ===========================================================================================
-``progress``     weight (theta before - theta): over an episode it only counts where the spacecraft ends
+``progress``     weight (theta before - theta): over an episode only the final error counts
 ``precision``    minus weight log10(1 + theta / (cone / 5)): every decade of pointing error counts the same
 ``rate``         minus weight ``|w_e|^2``
 ``effort``       minus weight mean(u^2)
@@ -32,7 +32,7 @@ TERMS = ("progress", "precision", "rate", "effort", "smoothness", "on_target", "
 
 
 def total(terms: Any) -> Any:
-    """Return the sum of terms, numbers or arrays (N,), added in their order, which NumPy's sum is not for one craft."""
+    """Return the sum of terms, numbers or arrays (N,), added in their order; NumPy's sum has another for N = 1."""
     return reduce(add, terms)
 
 

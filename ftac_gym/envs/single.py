@@ -18,14 +18,14 @@ Observation = npt.NDArray[np.float32]
 
 
 class SpacecraftFTCEnv(BatchEnvironment, gym.Env[Observation, npt.NDArray[Any]]):
-    """Point a spacecraft while its reaction wheels fail in hidden ways.
+    """Attitude control of one spacecraft under hidden faults of its reaction wheels.
 
     ## Description
 
-    A rigid body with reaction wheels turns to the commanded attitude and holds it. In most episodes one or two wheels
-    lose effectiveness, add torque of their own, go dead, lock at the torque they had, or run away; nothing tells the
-    agent which, when, or how badly. Inertia, external torque and sensor errors are random too. The plant is integrated
-    with RK4 at the scenario's physics step; the agent acts once per control period.
+    A body with reaction wheels turns to the commanded attitude and holds it. In most episodes one or two wheels lose
+    effectiveness, add torque of their own, go dead, lock at the torque they had, or run away. No signal names the
+    wheel, the time or the size of a fault. Inertia, external torque and sensor errors are random too. The plant is
+    integrated with RK4 at the scenario's physics step; the agent acts once per control period.
 
     ## Action space
 
@@ -34,13 +34,13 @@ class SpacecraftFTCEnv(BatchEnvironment, gym.Env[Observation, npt.NDArray[Any]])
 
     ## Observation space
 
-    A bounded ``Box``; :func:`ftac_gym.envs.observation.observation_layout` tables its named slices, and
+    A bounded ``Box``; :func:`ftac_gym.envs.observation.observation_layout` lists its named slices, and
     ``env.unwrapped.observation_slices`` holds them. The tier is chosen by ``observation``: ``"attitude"`` (attitude,
     rate, own commands), ``"telemetry"`` (and wheel momentum and sensor status), ``"oracle"`` (and the true faults).
 
     ## Rewards
 
-    The sum of the named terms in ``info["reward_terms"]``; :mod:`ftac_gym.envs.reward` tables them. Their weights are
+    The sum of the named terms in ``info["reward_terms"]``; :mod:`ftac_gym.envs.reward` lists them. Their weights are
     the scenario's ``reward``.
 
     ## Starting state
@@ -55,15 +55,16 @@ class SpacecraftFTCEnv(BatchEnvironment, gym.Env[Observation, npt.NDArray[Any]])
     ## Info
 
     ``time`` [s], ``attitude_error`` [deg], ``rate_error`` [deg/s], ``is_success`` (on target for as long as the
-    scenario's ``success.hold``), ``feasible`` (can the remaining wheels do the task?), and after a step
+    scenario's ``success.hold``), ``feasible`` (the remaining wheels can do the task), and after a step
     ``reward_terms``.
 
     ## Rendering
 
     ``render_mode="rgb_array"`` returns frames (height, width, 3), ``"human"`` shows them in a window in real time; both
-    need the extra ``render``. A frame shows the truth: body, panels and target, the path of the boresight, the wheels
-    with their torque, momentum and health, errors, and what is wrong in words. Set ``env.unwrapped.policy_name`` to
-    have it shown too. ``metadata["render_fps"]`` is one frame per control period.
+    need the extra ``render``. A frame shows the truth: body, panels and target, the path of the boresight, and the
+    errors. It also shows torque, momentum and health of the wheels, and names the acting faults. Set
+    ``env.unwrapped.policy_name`` to add the name of the policy. ``metadata["render_fps"]`` is one frame per control
+    period.
 
     ## Arguments
 

@@ -1,4 +1,4 @@
-"""Many faulty spacecraft at once as a native Gymnasium vector environment."""
+"""N faulty spacecraft as a native Gymnasium vector environment."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -21,24 +21,24 @@ Observation = npt.NDArray[np.float32]
 
 
 class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
-    """N craft that step together; element by element the same as N of :class:`~ftac_gym.envs.SpacecraftFTCEnv`.
+    """N spacecraft that step together, each the same to the bit as a :class:`~ftac_gym.envs.SpacecraftFTCEnv`.
 
-    Craft ``i`` of ``reset(seed=s)`` is the single environment after ``reset(seed=s + i)``. Spaces, rewards and info
-    keys are those of the single environment, with Gymnasium's conventions for vectors: ``info`` holds arrays with masks
-    ``_name``, and in same-step mode ``final_obs`` and ``final_info``.
+    Spacecraft ``i`` of ``reset(seed=s)`` is the single environment after ``reset(seed=s + i)``. Spaces, rewards and
+    info keys are those of the single environment, with Gymnasium's conventions for vectors: ``info`` holds arrays with
+    masks ``_name``, and in same-step mode ``final_obs`` and ``final_info``.
 
     Parameters
     ----------
     num_envs
-        Number of craft.
+        Number of spacecraft N.
     scenario, observation, render_mode, width, height, default_scenario, **scenario_changes
-        As for the single environment. A window shows the first 16 craft side by side.
+        As for the single environment. A window shows the first 16 spacecraft side by side.
     autoreset_mode
-        What happens when an episode ends: ``"NextStep"``, ``"SameStep"`` or ``"Disabled"``, or the enum.
+        Reset at the end of an episode: ``"NextStep"``, ``"SameStep"`` or ``"Disabled"``, or the enum.
     max_episode_steps
         Truncate after this many steps, if that comes before the scenario's duration; None or -1 for no such limit.
     threads
-        Threads that share the craft; the result does not depend on it.
+        Threads that share the spacecraft; the result does not depend on it.
 
     Raises
     ------
@@ -89,9 +89,9 @@ class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArra
         self._observation = np.zeros((self.num_envs, self.batch.observer.layout.size), dtype=np.float32)
         self._ended = np.zeros(self.num_envs, dtype=np.bool_)
         self.final_measurement: Measurement | None = None
-        """Same-step mode: what the craft measured just before the latest automatic reset."""
+        """Same-step mode: the measurement just before the latest automatic reset."""
         self.keep_final_truth = False
-        """Whether the final measurement also holds what the faults did, for an oracle."""
+        """True to have the effect of the faults in the final measurement, for an oracle."""
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -101,11 +101,11 @@ class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArra
         Parameters
         ----------
         seed
-            An integer s seeds craft i with s + i; a sequence seeds each craft, None among them going on; None goes on
-            with all.
+            An integer s seeds spacecraft i with s + i. A sequence has a seed, or None to go on, for each spacecraft;
+            None goes on with all.
         options
-            ``{"reset_mask": mask}`` (N,) resets only some craft; ``{"episodes": Episodes}`` replays the given episodes,
-            one per craft that is reset.
+            ``{"reset_mask": mask}`` (N,) resets only some spacecraft; ``{"episodes": Episodes}`` replays the given
+            episodes, one per spacecraft that is reset.
 
         Returns
         -------
@@ -126,7 +126,7 @@ class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArra
         return self._observation.copy(), _masked(self.batch.facts(), mask)
 
     def step(self, actions: npt.ArrayLike) -> tuple[Observation, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
-        """Hold an action for one control period on every craft.
+        """Hold an action for one control period on every spacecraft.
 
         Parameters
         ----------
@@ -142,14 +142,16 @@ class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArra
         ValueError
             If the actions have the wrong shape or are not finite.
         gymnasium.error.ResetNeeded
-            In disabled mode, if a craft whose episode has ended was not reset.
+            In disabled mode, if a spacecraft whose episode has ended was not reset.
         """
         if not self._seeded.all():
             raise gym.error.ResetNeeded("call reset() before step()")
         disabled = self.autoreset_mode is AutoresetMode.DISABLED
         if disabled and self._ended.any():
             waiting = np.flatnonzero(self._ended).tolist()
-            raise gym.error.ResetNeeded(f"craft {waiting} have ended; reset them with options={{'reset_mask': mask}}")
+            raise gym.error.ResetNeeded(
+                f"spacecraft {waiting} have ended; reset them with options={{'reset_mask': mask}}"
+            )
         observation, terms, terminated, truncated = self.batch.step(actions)
         stepped = np.ones(self.num_envs, dtype=np.bool_)
         if self.autoreset_mode is AutoresetMode.NEXT_STEP and self._ended.any():
@@ -173,7 +175,7 @@ class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArra
         return observation.copy(), total(terms), terminated, truncated, infos
 
     def render(self) -> tuple[npt.NDArray[np.uint8], ...] | None:
-        """Return a frame (height, width, 3) of each craft; None in a window or without a render mode."""
+        """Return a frame (height, width, 3) of each spacecraft; None in a window or without a render mode."""
         return self._display.render(self.policy_name)
 
     def close_extras(self, **kwargs: Any) -> None:
@@ -206,24 +208,24 @@ class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArra
         seeds: Sequence[int | None] = [None] * self.num_envs
         if isinstance(seed, (int, np.integer)):
             super().reset(seed=int(seed))
-            seeds = [int(seed) + craft for craft in range(self.num_envs)]
+            seeds = [int(seed) + index for index in range(self.num_envs)]
         elif seed is not None:
             require(isinstance(seed, (list, tuple, np.ndarray)), "seed", "must be an integer or a list of seeds", seed)
             seeds = seed
         require(len(seeds) == self.num_envs, "seed", f"must be an integer or {self.num_envs} seeds", seed)
-        for craft in chosen.tolist():
-            value = seeds[craft]
+        for index in chosen.tolist():
+            value = seeds[index]
             valid = value is None or (isinstance(value, (int, np.integer)) and int(value) >= 0)
-            require(valid, f"seed[{craft}]", "must be a non-negative integer or None", value)
-            if value is None and not self._seeded[craft]:
+            require(valid, f"seed[{index}]", "must be a non-negative integer or None", value)
+            if value is None and not self._seeded[index]:
                 value = int(self.np_random.integers(2**62))
             if value is not None:
-                self.batch.seed(craft, value)
+                self.batch.seed(index, value)
         self._seeded[chosen] = True
 
 
 def _masked(values: Mapping[str, Any], mask: BoolArray) -> dict[str, Any]:
-    """Return the arrays by name, each followed by its mask ``_name``; what the mask hides is zeroed."""
+    """Return the arrays by name, zero where the mask is False, each followed by its mask ``_name``."""
     infos: dict[str, Any] = {}
     whole = bool(mask.all())
     for name, array in values.items():

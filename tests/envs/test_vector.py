@@ -155,7 +155,7 @@ def test_disabled_mode_asks_for_a_reset():
     with pytest.raises(gym.error.ResetNeeded, match=r"craft \[0, 1, 2\] have ended"):
         env.step(np.zeros((3, 4)))
     env.reset(options={"reset_mask": np.array([True, False, True])})
-    with pytest.raises(gym.error.ResetNeeded, match=r"craft \[1\] have ended; reset them.*reset_mask"):
+    with pytest.raises(gym.error.ResetNeeded, match=r"spacecraft \[1\] have ended; reset them.*reset_mask"):
         env.step(np.zeros((3, 4)))
     env.reset(options={"reset_mask": np.array([False, True, False])})
     assert not env.step(np.zeros((3, 4)))[3].any()

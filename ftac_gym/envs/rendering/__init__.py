@@ -1,4 +1,4 @@
-"""Drawing of spacecraft: from what there is to see, through a camera, to pixels. It needs the extra ``render``."""
+"""Drawing of spacecraft: from a snapshot through a camera to pixels. It needs the extra ``render``."""
 
 from ftac_gym.envs.rendering.renderer import Renderer
 from ftac_gym.envs.rendering.snapshot import Snapshot, snapshots

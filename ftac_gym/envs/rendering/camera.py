@@ -1,4 +1,4 @@
-"""From points in space to points on the screen."""
+"""Projection of points in space onto the screen."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -8,7 +8,7 @@ import numpy as np
 from ftac_gym.utils.parameters import FloatArray
 
 VIEW_FROM = (2.2, -3.6, 1.9)
-"""Where the camera stands, inertial axes; the sphere of directions has radius 1."""
+"""Place of the camera in inertial axes; the sphere of directions has radius 1."""
 
 FIELD = 1.22
 """Half-width at the distance of the origin that fits between centre and edge of the viewport."""
@@ -16,14 +16,14 @@ FIELD = 1.22
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """A perspective camera, fixed in inertial space, that looks at the origin with the third inertial axis up.
+    """Perspective camera, fixed in inertial space, towards the origin and with the third inertial axis up.
 
     Parameters
     ----------
     center
-        (2,) where the origin appears [pixels].
+        (2,) place of the origin [pixels].
     radius
-        How many pixels ``FIELD`` takes at the origin.
+        Length of ``FIELD`` at the origin [pixels].
     """
 
     center: tuple[float, float]
@@ -31,7 +31,7 @@ class Camera:
 
     @cached_property
     def distance(self) -> float:
-        """From the camera to the origin."""
+        """Distance from the camera to the origin."""
         return float(np.linalg.norm(VIEW_FROM))
 
     @cached_property

@@ -1,4 +1,4 @@
-"""The shape of the craft: a box, two panels that bend, and the wheels."""
+"""Shape of the spacecraft: a box, two panels that bend, and the wheels."""
 
 import numpy as np
 
@@ -10,10 +10,10 @@ HALF = np.array([0.17, 0.17, 0.22])
 """Half-sizes of the body; the sphere of directions has radius 1."""
 
 REACH, WIDTH, SEGMENTS = 0.82, 0.15, 5
-"""Length of a panel along the first body axis, its half-width, and in how many parts it is drawn."""
+"""Length of a panel along the first body axis, its half-width, and the number of its parts."""
 
 EXAGGERATION = 30.0
-"""How many times as far as they do the panels bend on the screen."""
+"""Factor on the bending of the panels."""
 
 _CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 _SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
@@ -26,17 +26,17 @@ def body_faces() -> FloatArray:
 
 
 def panel_turn(appendages: FlexibleAppendages | None, displacement: FloatArray) -> FloatArray:
-    """Return by which angle (3,) [rad] about each body axis the panels lead the body.
+    """Return the angle (3,) [rad] about each body axis by which the panels lead the body.
 
-    That of a rigid panel with the same momentum: of the rotation about axis i, sum_k delta_ki eta_k over the inertia
-    (delta' delta)_ii that the modes take along.
+    It is that of a rigid panel with the same momentum: about axis i, sum_k delta_ki eta_k over the inertia
+    (delta' delta)_ii of the modes.
 
     Parameters
     ----------
     appendages
-        What bends; None for nothing.
+        The appendages; None for a rigid spacecraft.
     displacement
-        (k,) of the modes [kg^1/2 m].
+        (k,) displacement of the modes [kg^1/2 m].
     """
     if appendages is None:
         return np.zeros(3)
@@ -71,7 +71,7 @@ def panel_faces(turn: FloatArray) -> FloatArray:
 
 
 def wheel_faces(axes: FloatArray) -> FloatArray:
-    """Return a disc (12 corners) for each wheel, (m, 12, 3) body axes, where its axis leaves the body.
+    """Return a disc (12 corners) for each wheel, (m, 12, 3) body axes, at the point at which its axis leaves the body.
 
     Parameters
     ----------

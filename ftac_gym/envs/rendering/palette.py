@@ -1,4 +1,4 @@
-"""Colours of the 3-D view, of which the colour-blind can tell those that mean something apart."""
+"""Colours of the 3-D view; those with a meaning are distinct for the colour-blind."""
 
 Color = tuple[int, int, int]
 
@@ -26,14 +26,14 @@ def dimmed(color: Color, share: float = 0.5) -> Color:
 
 
 def health(effectiveness: float, faulty: bool) -> tuple[Color, str]:
-    """Return the colour and the word for the state of a wheel.
+    """Return colour and label of the state of a wheel.
 
     Parameters
     ----------
     effectiveness
-        Share of its command that it gives, in [0, 1].
+        Share of the command that it gives, in [0, 1].
     faulty
-        Whether anything is wrong with it.
+        Whether any of its faults acts.
     """
     if not faulty:
         return HEALTHY, "ok"
