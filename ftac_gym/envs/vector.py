@@ -146,11 +146,10 @@ class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArra
         """
         if not self._seeded.all():
             raise gym.error.ResetNeeded("call reset() before step()")
-        disabled = self.autoreset_mode is AutoresetMode.DISABLED
-        if disabled and self._ended.any():
-            waiting = np.flatnonzero(self._ended).tolist()
+        if self.autoreset_mode is AutoresetMode.DISABLED and self._ended.any():
+            ended = np.flatnonzero(self._ended).tolist()
             raise gym.error.ResetNeeded(
-                f"spacecraft {waiting} have ended; reset them with options={{'reset_mask': mask}}"
+                f"spacecraft {ended} have ended; reset them with options={{'reset_mask': mask}}"
             )
         observation, terms, terminated, truncated = self.batch.step(actions)
         stepped = np.ones(self.num_envs, dtype=np.bool_)

@@ -99,7 +99,7 @@ def test_replay_of_episodes():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda scenario: scenario.draw(0, 2), "episodes must be 1, one per craft reset, got 2"),
+        (lambda scenario: scenario.draw(0, 2), "episodes must be 1, one per spacecraft reset, got 2"),
         (lambda scenario: "first", r'options\["episodes"\] must be an Episodes object'),
         (lambda scenario: {"faults": None}, r'options\["episodes"\] must be an Episodes object'),
     ],
