@@ -1,4 +1,4 @@
-"""Late commands: which one a wheel obeys at each moment, and that nothing is left of an episode in the next."""
+"""Late commands: the command in force at each moment, and independence of successive episodes."""
 
 import copy
 import dataclasses
@@ -49,7 +49,7 @@ def commands(steps, count=1, seed=0):
 
 
 def snapshot(simulator):
-    """Everything that can be seen of N craft, (N, values)."""
+    """Everything that can be seen of N spacecraft, (N, values)."""
     measured, state = simulator.measurement(), simulator.state
     parts = [array for name, array in vars(measured).items() if name != "truth"]
     parts += vars(state).values()
@@ -74,7 +74,7 @@ def momenta(simulator, orders):
 
 
 def impulses(simulator, orders):
-    """What each wheel gave in each period over the length of the period (T, N, m) [N m]."""
+    """Mean torque of each wheel in each period (T, N, m) [N m]."""
     return -np.diff(momenta(simulator, orders), axis=0) / PERIOD
 
 
@@ -221,7 +221,7 @@ def test_threads_do_not_matter():
 
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
 def test_no_command_reaches_the_next_episode_of_an_environment(mode):
-    """The vector environment, whose craft are reset one by one, equals single environments."""
+    """The vector environment, whose spacecraft are reset one by one, equals single environments."""
     changes = {"faults": FaultDistribution((CommandDelay(onset=(0.0, 0.4)), Bias(constant=0.05))), "duration": 1.2}
     changes |= {"tumble_rate": 0.016, "observation": "oracle"}
     native = SpacecraftFTCVectorEnv(4, autoreset_mode=mode, **changes)
@@ -270,7 +270,7 @@ def test_a_copy_in_the_middle_of_an_episode_continues_identically(clone, kind):
 
 
 def test_the_copy_remembers_late_commands():
-    """Without the memory of commands a copy would be another craft: the test above can fail."""
+    """Without the memory of commands a copy would be another spacecraft: the test above can fail."""
     simulator = start(task(CommandDelay(wheel=0, periods=5)))
     for order in commands(9):
         simulator.step(order)

@@ -1,4 +1,4 @@
-"""Physics of flexible craft: the printed equations, conserved quantities, limits that are known, and independence."""
+"""Physics of flexible spacecraft: the printed equations, conserved quantities, known limits, and independence."""
 
 from itertools import pairwise
 
@@ -67,7 +67,7 @@ def shaken(count, seed=1):
 
 
 def split(states, modes):
-    """Return rate, eta and eta' from state vectors (T, .) of craft with four wheels."""
+    """Return rate, eta and eta' from state vectors (T, .) of spacecraft with four wheels."""
     return states[:, 4:7], states[:, 11 : 11 + modes], states[:, 11 + modes :]
 
 
@@ -148,7 +148,7 @@ def test_every_part_of_the_comparison_matters():
 
 
 def test_the_plant_of_li_2023_over_a_minute():
-    """The published craft under the published disturbance, to within its own step."""
+    """The published spacecraft under the published disturbance, to within its own step."""
     scenario = scenarios.get("li_2023").replace(faults=None, control_period=0.5, duration=60.0, physics_step=0.0025)
     appendages, wheels = scenario.spacecraft.appendages, scenario.spacecraft.wheels
     commands = np.random.default_rng(0).uniform(-3.0, 3.0, (scenario.horizon, 3))
@@ -368,7 +368,7 @@ def test_the_spectrum_of_a_free_body_has_its_free_frequencies_and_not_the_clampe
     assert np.abs(free - clamped).max() > 20.0 * bins[1]
 
 
-# ------------------------------------------------------------------------------------------- craft beside each other
+# -------------------------------------------------------------------------------------- spacecraft beside each other
 
 
 def test_craft_in_a_batch_do_not_influence_each_other():
@@ -442,7 +442,7 @@ def test_energy_and_torque_of_the_simulator():
 
 @pytest.mark.parametrize("first", ["flexible", "flagship"])
 def test_episodes_of_another_kind_of_craft_are_refused(first):
-    """A rigid craft's episodes do not fit a flexible one's simulator, nor the other way round."""
+    """A rigid spacecraft's episodes do not fit a flexible one's simulator, nor the other way round."""
     other = {"flexible": "flagship", "flagship": "flexible"}[first]
     scenario = scenarios.get(first)
     simulator = Simulator(scenario, 2)

@@ -37,7 +37,7 @@ def start(scenario, count=1):
 
 
 def run(scenario, commands):
-    """Run one craft under commands (T, m) and return the simulator."""
+    """Run one spacecraft under commands (T, m) and return the simulator."""
     simulator = start(scenario)
     for command in commands:
         simulator.step(command[None])

@@ -51,14 +51,14 @@ VARYING = {"amplitude": (1.0, 2.0, -1.5), "frequency": (0.8, 0.5, 0.3), "phase":
 
 
 def acts(onset, recovery, time, period=None, on_time=None):
-    """Whether a fault acts at a time that is no event."""
+    """True if a fault acts at a time that is no event."""
     if not onset <= time < recovery:
         return False
     return period is None or (time - onset) % period < on_time
 
 
 class IndependentCraft:
-    """The equations of motion and the faults above, written out by hand for one craft."""
+    """The equations of motion and the faults above, written out by hand for one spacecraft."""
 
     def __init__(self, coupling, rate_torque):
         self.coupling, self.rate_torque = coupling, rate_torque

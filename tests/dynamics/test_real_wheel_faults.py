@@ -188,7 +188,7 @@ def test_friction_and_lag_do_not_keep_a_wheel_from_seizing():
     fault = Seizure(wheel=0, onset=1.04, brake=1.2)
     simulator = start(fault, momentum=1.0, **{**REAL, "lag": 0.5})
     torque, momentum = run(simulator, np.full((400, 1), -0.2))  # the motor accelerates it against the brake
-    # The net torque is what brake and friction have more than the motor: 0.04 N m and friction, once the motor is up.
+    # Once the motor is up, the net torque is brake and friction minus motor: 0.04 N m and friction.
     moving = np.flatnonzero(momentum[50:, 0] > 0.1) + 50
     drag = FRICTION.torque(momentum[moving, 0] / SPIN)
     np.testing.assert_allclose(torque[moving, 0] - drag, 0.04 + 0.2 * np.exp(-0.2 * (moving + 1)), rtol=1e-9)

@@ -72,7 +72,7 @@ def cross_matrix(w):
 
 
 class IndependentCraft:
-    """Body, motors and wheels with the faults above, for one craft."""
+    """Body, motors and wheels with the faults above, for one spacecraft."""
 
     def __init__(self, coupling, faulty):
         self.coupling, self.faulty = coupling, faulty

@@ -1,4 +1,4 @@
-"""What a craft measures: exact without errors, and with errors of the right size, shape and independence."""
+"""Measurements of a spacecraft: exact without errors, and with errors of the right size, shape and independence."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What the sensors report when they fail: steps of the gyro bias, spikes and outages of the star tracker."""
+"""Measurements under sensor faults: steps of the gyro bias, spikes and outages of the star tracker."""
 
 import dataclasses
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""The simulator: a craft's history depends on its own episode and commands alone, and can be copied and replayed."""
+"""The simulator: the history of a spacecraft depends on its episode and commands alone, and replays."""
 
 import copy
 import dataclasses
@@ -29,7 +29,7 @@ def start(scenario, episodes, threads=1):
 
 
 def snapshot(simulator):
-    """Everything that can be seen of N craft, (N, values)."""
+    """Everything that can be seen of N spacecraft, (N, values)."""
     measured, state = simulator.measurement(), simulator.state
     parts = [getattr(measured, name) for name in MEASURED]
     parts += [getattr(state, field.name) for field in dataclasses.fields(state)]

@@ -1,4 +1,4 @@
-"""The truth about the faults reaches those who ask for it, through every kind of environment, and nobody else."""
+"""The truth about the faults is given on request only, by every kind of environment."""
 
 import gymnasium as gym
 import numpy as np
@@ -16,7 +16,7 @@ from ftac_gym.wrappers import ResidualPolicy, SB3VecEnv
 SEVERE = scenarios.get("flagship_severe")
 UNSEEN = scenarios.get("flagship_unseen")
 KINDS = ("single", "wrapped", "native", "wrapped native", "SB3VecEnv", "DummyVecEnv", "VecNormalize")
-CRAFT, SEED = 3, 7  # the first craft has a bias from 6.4 s on
+CRAFT, SEED = 3, 7  # the first spacecraft has a bias from 6.4 s on
 
 
 class Oracle(Baseline):
@@ -38,7 +38,7 @@ def oracle(monkeypatch):
 
 
 def build(kind):
-    """Return an environment, and how many craft it has."""
+    """Return an environment, and how many spacecraft it has."""
     settings = {"scenario": "flagship_severe"}
     if kind == "single":
         return SpacecraftFTCEnv(**settings), 1

@@ -1,4 +1,4 @@
-"""Environments of flexible craft: checkers, the modal entries of the observation, and the reward for vibration."""
+"""Environments of flexible spacecraft: checkers, the modal entries of the observation, and the reward for vibration."""
 
 import copy
 from dataclasses import replace
@@ -102,7 +102,7 @@ def test_only_telemetry_and_oracle_have_modal_entries(name):
         assert set(slices) - set(rigid[tier].slices) == set(MODAL)
         assert [slices[part].stop - slices[part].start for part in MODAL] == [4, 4]
         assert layouts[tier].size == rigid[tier].size + 8
-        # The names and places of what a rigid craft of the tier has come first, but for the oracle's own.
+        # The entries of a rigid spacecraft of the tier come first, except those of the oracle.
         for part in rigid["telemetry"].slices:
             assert slices[part] == rigid[tier].slices[part]
         assert list(slices)[len(rigid["telemetry"].slices) :][:2] == list(MODAL)
@@ -166,7 +166,7 @@ def test_modes_that_are_not_coupled_or_not_limited_are_still_finite():
 
 @pytest.mark.parametrize("tier", TIERS)
 def test_the_observation_does_not_know_the_true_modes(tier):
-    """Scales are nominal: with the same true state, craft with other true modes look alike."""
+    """Scales are nominal: with the same true state, spacecraft with other true modes look alike."""
     exact = shaken(SHORT).replace(appendage_uncertainty=None, sensors=None)
     unsure = shaken(SHORT).replace(sensors=None)
     first, second = (SpacecraftFTCEnv(scenario=one, observation=tier).reset(seed=3)[0] for one in (exact, unsure))
@@ -269,7 +269,7 @@ def test_no_term_at_the_start_of_an_episode_after_autoreset():
 
 
 def test_the_start_of_an_episode_is_not_rewarded():
-    """Of two craft one is stirred and at its start, the other in flight."""
+    """Of two spacecraft one is stirred and at its start, the other in flight."""
     scenario = shaken(SHORT)
     simulator = Simulator(scenario, 2)
     simulator.reset(scenario.draw(0, 2))

@@ -1,4 +1,4 @@
-"""Every named part of the observation, recomputed in NumPy from what the craft measures."""
+"""Every named part of the observation, recomputed in NumPy from what the spacecraft measures."""
 
 from itertools import pairwise
 
@@ -68,7 +68,7 @@ TASKS = {
 
 
 class Recomputed:
-    """The observation of one craft from its measurements, by the table in the documentation."""
+    """The observation of one spacecraft from its measurements, by the table in the documentation."""
 
     def __init__(self, scenario, tier):
         self.scenario, self.tier = scenario, tier

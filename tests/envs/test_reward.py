@@ -58,7 +58,7 @@ def test_terms(name, weights):
     changes = {} if weights is None else {"reward": weights}
     if not scenarios.get(name).reference.moving:
         changes["reference"] = fixed_attitude()
-    # A wide cone, so that the craft goes in and out of it.
+    # A wide cone, so that the spacecraft goes in and out of it.
     cone = SuccessCriterion(angle=0.3, rate=0.05, hold=1.0)
     start = InitialState(angle=(0.2, 0.5), max_rate=0.03)
     env = SpacecraftFTCEnv(scenario=name, success=cone, tumble_rate=0.06, initial_state=start, duration=8.0, **changes)
@@ -85,7 +85,7 @@ def test_terms(name, weights):
     if env.scenario.spacecraft.appendages is None:
         used -= {"vibration"}
     if name.startswith("zhang_zhou") and env.scenario.reference.moving:
-        used -= {"on_target"}  # A craft slow enough not to tumble is left behind by this reference.
+        used -= {"on_target"}  # A spacecraft slow enough not to tumble is left behind by this reference.
     assert {term for term, count in seen.items() if count} == used
 
 

@@ -37,7 +37,7 @@ def scenario_of(severity):
 
 
 def assert_flies(batch, episodes):
-    """The episodes that the craft of an environment are in are the given ones, number by number."""
+    """The episodes that the spacecraft of an environment are in are the given ones, number by number."""
     current = batch.simulator.episodes
     for name, array in episodes.arrays().items():
         np.testing.assert_array_equal(current.arrays()[name], array, err_msg=name)

@@ -13,7 +13,7 @@ from ftac_gym.dynamics import simulator
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
 
 CRAFT = 5
-# Craft tumble at different times, some are truncated, and one step in a while ends several at once.
+# Spacecraft tumble at different times, some are truncated, and some steps end several at once.
 SETTINGS = {"duration": 2.4, "tumble_rate": 0.02}  # s, rad/s
 MODES = [mode.value for mode in AutoresetMode]
 
@@ -48,7 +48,7 @@ def test_equals_single_environments(mode, name, tier):
     random = np.random.default_rng(3)
     ends, kinds, lonely = np.zeros(CRAFT, dtype=int), set(), False
     steps = 0
-    # Episodes of many periods, all from one start: one end of each craft will do.
+    # Episodes of many periods, all from one start: one end of each spacecraft will do.
     wanted = 4 if native.scenario.horizon < 300 else 1
     while ends.min() < wanted:
         actions = random.uniform(-1.2, 1.2, native.action_space.shape)

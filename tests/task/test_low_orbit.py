@@ -46,7 +46,7 @@ def same(inertia, count):
 
 
 def history(steady, harmonics):
-    """Evaluate drawn records (N,), (N, 2) over one orbit of each craft: (N, times, 3)."""
+    """Evaluate drawn records (N,), (N, 2) over one orbit of each spacecraft: (N, times, 3)."""
     time = ORBIT / harmonics["frequency"][:, :1]
     angle = harmonics["frequency"][:, None, :, None] * time[:, :, None, None]
     part = harmonics["sine"][:, None] * np.sin(angle) + harmonics["cosine"][:, None] * np.cos(angle)
@@ -66,7 +66,7 @@ def size(vectors):
 
 
 def reference(torque, geometry, craft, inertia, time):
-    """Torque (3,) on one craft in body axes, from positions and fields in inertial axes with z the Earth's axis."""
+    """Torque (3,) on one spacecraft, body axes, from positions and fields in inertial axes with z the Earth's axis."""
     inclination = geometry.inclination[craft]
     radius = 6378.137e3 + geometry.altitude[craft]
     rate = math.sqrt(3.986004418e14 / radius**3)

@@ -101,7 +101,7 @@ def test_mirrored_bounds_are_those_of_the_mirrored_error(bound, axes, time, erro
 
 
 def test_shapes():
-    """Times ()  and (T,), and (T, 1) with the errors of N craft; each entry is that of a call of its own."""
+    """Times ()  and (T,), and (T, 1) with the errors of N spacecraft; each entry is that of a call of its own."""
     times, errors = np.linspace(0.0, 20.0, 5), np.random.default_rng(0).uniform(-0.4, 0.4, (5, 7, 3))
     assert PAPER.rho(2.0).shape == () and PAPER.relative_rate(2.0).shape == ()
     assert PAPER.rho(times).shape == (5,) and PAPER.rho(times[:, None]).shape == (5, 1)

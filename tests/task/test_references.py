@@ -1,4 +1,4 @@
-"""Tests of `ftac_gym.task.references`: what the craft is told to do, against finite differences and an integrator."""
+"""Tests of `ftac_gym.task.references`: the attitude commands against finite differences and an integrator."""
 
 import math
 

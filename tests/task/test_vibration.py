@@ -130,7 +130,7 @@ def test_without_uncertainty_the_modes_are_the_nominal_ones():
 
 
 def test_the_modes_have_random_numbers_of_their_own():
-    """Whether they are drawn, and what, changes nothing else of the episodes."""
+    """The draw of modes changes nothing else of the episodes."""
     drawn_too = scenarios.get("flexible").draw(3, 50)
     exact = scenarios.get("flexible").replace(appendage_uncertainty=None).draw(3, 50)
     rigid = scenarios.get("flagship").draw(3, 50)
@@ -212,7 +212,7 @@ def test_a_rigid_craft_has_neither():
 
 @pytest.mark.parametrize("name", ["frequency", "damping", "coupling"])
 def test_drawn_modes_and_not_the_nominal_ones_move_the_craft(name):
-    """Like a craft that is built so; the nominal parameters do not matter to the plant."""
+    """Like a spacecraft that is built so; the nominal parameters do not matter to the plant."""
     nominal = random_appendages(3, damping=(0.01, 0.05))
     parts = {"displacement": (0.05, -0.1, 0.1), "physics_step": 0.01, "duration": 20.0}
     factor = {"frequency": 1.3, "damping": 2.0, "coupling": 1.2}[name]

@@ -1,4 +1,4 @@
-"""The 3-D view: what a frame shows, and that it follows the craft."""
+"""The 3-D view: what a frame shows, and that it follows the spacecraft."""
 
 import os
 import subprocess
