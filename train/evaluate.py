@@ -54,8 +54,8 @@ class Config:
     """A comparison."""
 
     policies: tuple[str, ...] = ()
-    """Policies to compare: the name of a shipped agent or a baseline, "NAME tuned" for its tuned gains, "module:Class"
-    for a custom baseline, an agent's folder or a Stable-Baselines3 zip. "agent" is the shipped residual of the scenario
+    """Policies to compare: a shipped agent or a baseline by name, "NAME tuned" for its tuned gains, "module:Class" for
+    a custom baseline, the path of an agent. "agent" is the shipped residual of the scenario
     or of the flagship. By default the shipped agents and the baselines that come closest."""
     benchmark: bool = False
     """Fly all baselines and agents through the flagship and its splits, and write an HTML report."""

@@ -130,8 +130,8 @@ Series = tuple[FloatArray, FloatArray, FloatArray]
 class LowOrbitTorque:
     """Distribution of the external torque on a spacecraft that holds an inertial attitude in a circular low orbit.
 
-    Each episode draws the numbers below, and uniformly the orientation of the orbit relative to the body, the start on
-    the orbit and the direction of sunlight. With the defaults, the largest torque over an orbit of a body of
+    Each episode draws the numbers below. The orientation of the orbit relative to the body, the start on the orbit and
+    the direction of sunlight are uniform. With the defaults, the largest torque over an orbit of a body of
     about 20 kg m^2 lies between 1e-6 and 2e-4 N m.
 
     Parameters
