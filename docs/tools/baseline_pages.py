@@ -104,7 +104,8 @@ def fly(name: str, variant: Variant, digest: str) -> tuple[str, str, dict[str, b
 def flight(task: Scenario, scenario: str, histories: Mapping[str, Rollout], files: list[str]) -> str:
     """Return the section of a page about the flights of a scenario."""
     metrics = {gains: history.metrics() for gains, history in histories.items()}
-    rows = [(name, unit, *(show(float(item[name][0])) for item in metrics.values())) for name, unit in UNITS.items()]
+    values = {name: [float(item[name][0]) for item in metrics.values()] for name in UNITS}
+    rows = [(name, UNITS[name], *map(show, row)) for name, row in values.items() if not np.isnan(row).all()]
     whole, (cone, slow) = scenarios.get(scenario).duration, np.degrees((task.success.angle, task.success.rate))
     length = f"{whole:g} s" if task.duration >= whole else f"The first {task.duration:g} of {whole:g} s"
     faults = plots.fault_description(next(iter(histories.values())).episodes)
@@ -212,8 +213,7 @@ def write(source: Path) -> None:
         variant = facts[name]
         flights, end, figures = cached(name, variant, digest)
         pages |= {f"{name}.md": page(name, variant, family, flights, source), **figures}
-        information = baselines.make(name, variant.task(variant.scenario)).information
         made_for = ", ".join(f"`{scenario}`" for scenario in (variant.scenario, *variant.also))
-        rows += [(f"[`{name}`](generated/{name}.md)", variant.summary, information, made_for, end)]
-    pages["table.inc"] = table(("name", "description", "information", "made for", "end of its flight"), rows)
+        rows += [(f"[`{name}`](generated/{name}.md)", variant.summary, made_for, end)]
+    pages["table.inc"] = table(("name", "description", "made for", "end of its flight"), rows)
     write_pages(folder, pages)
