@@ -1,7 +1,7 @@
 """The numerical example of Zhang and Zhou 2019 (IET Control Theory & Applications 13(15), sec. 5), and three variants.
 
 Four strong wheels, two faults at 10 s, a large external torque and a fast start. As printed, no controller can follow
-the reference: see :func:`zhang_zhou_2019`.
+the reference: see :func:`~ftac_gym.scenarios.zhang_zhou_2019.zhang_zhou_2019`.
 
 The paper leaves these open, and they are chosen here:
 
