@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
 
-from ftac_gym.dynamics import wheels as kernel
+from ftac_gym.dynamics import stiff_wheel as kernel
 from ftac_gym.dynamics.wheel_table import wheel_table
 from ftac_gym.spacecraft import Friction, WheelArray
 
