@@ -4,8 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from helpers.faulty_wheels import FRICTION, LIMIT, PERIOD, PYRAMID, REAL, SPIN, body_momentum, start, total_momentum
-from helpers.wheels import run
+from helpers.wheels import FRICTION, LIMIT, PERIOD, PYRAMID, REAL, SPIN, body_momentum, run, start, total_momentum
 
 from ftac_gym.dynamics import Simulator
 from ftac_gym.faults import (

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from helpers.faulty_wheels import FRICTION, PERIOD, REAL, SPIN, start
-from helpers.wheels import run
+from helpers.wheels import FRICTION, PERIOD, REAL, SPIN, run, start
 
 from ftac_gym.faults import (
     CommandDelay,
