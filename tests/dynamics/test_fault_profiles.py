@@ -4,19 +4,8 @@ import numpy as np
 import pytest
 
 from ftac_gym import attitude as att
+from ftac_gym import faults as fault_kinds
 from ftac_gym.dynamics import Simulator
-from ftac_gym.faults import (
-    Bias,
-    DriftingEffectiveness,
-    FaultSchedule,
-    FrictionRise,
-    HardOver,
-    IntermittentShutdown,
-    LockInPlace,
-    LossOfEffectiveness,
-    Outage,
-    Seizure,
-)
 from ftac_gym.spacecraft.friction import Friction
 from ftac_gym.spacecraft.spacecraft import Spacecraft
 from ftac_gym.spacecraft.wheel_array import WheelArray
@@ -53,19 +42,27 @@ def timing(random, gradual):
 def heap(random, name):
     """Up to nine faults, several of them on the same wheel."""
     kinds = [
-        (LossOfEffectiveness, {"effectiveness": (0.3, 0.7), **SWING}),
-        (Bias, {"constant": (-0.1, 0.1), "slope": (-0.02, 0.02), "exponent": (0.0, 1.5), **SWING}),
-        (HardOver, {"fraction": (-1.0, 1.0)}),
-        *((kind, {}) for kind in (Outage, DriftingEffectiveness, LockInPlace, Seizure)),
-        (IntermittentShutdown, {"mean_acting": 0.4, "mean_resting": 0.6, "period": None, "on_time": None}),
+        (fault_kinds.LossOfEffectiveness, {"effectiveness": (0.3, 0.7), **SWING}),
+        (fault_kinds.Bias, {"constant": (-0.1, 0.1), "slope": (-0.02, 0.02), "exponent": (0.0, 1.5), **SWING}),
+        (fault_kinds.HardOver, {"fraction": (-1.0, 1.0)}),
+        *(
+            (kind, {})
+            for kind in (
+                fault_kinds.Outage,
+                fault_kinds.DriftingEffectiveness,
+                fault_kinds.LockInPlace,
+                fault_kinds.Seizure,
+            )
+        ),
+        (fault_kinds.IntermittentShutdown, {"mean_acting": 0.4, "mean_resting": 0.6, "period": None, "on_time": None}),
     ]
     if name == "real":
-        kinds.append((FrictionRise, {"direction": "either"}))
+        kinds.append((fault_kinds.FrictionRise, {"direction": "either"}))
     faults = []
     for _ in range(random.integers(2, 10)):
         kind, fields = kinds[random.integers(len(kinds))]
         faults.append(kind(wheel=int(random.integers(4)), **{**timing(random, kind.gradual), **fields}))
-    return FaultSchedule(tuple(faults))
+    return fault_kinds.FaultSchedule(tuple(faults))
 
 
 def scenario_of(random, name, **changes):

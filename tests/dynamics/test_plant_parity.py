@@ -4,13 +4,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from helpers.free_flexible_body import DISTURBANCE, VARYING
 from scipy.integrate import solve_ivp
 
 from ftac_gym.dynamics import Simulator
 from ftac_gym.faults import Bias, FaultSchedule, HardOver, LockInPlace, LossOfEffectiveness, Outage
 from ftac_gym.spacecraft.spacecraft import Spacecraft
 from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.task.disturbances import Disturbance, Harmonic
 from ftac_gym.task.inertia import InertiaUncertainty
 from ftac_gym.task.initial_state import InitialState
 from ftac_gym.task.scenario import Scenario
@@ -39,15 +39,6 @@ FAULTS = (
     LockInPlace(wheel=4, onset=8.0),
     Outage(wheel=5, onset=1.0, period=0.5, on_time=0.2, recovery=10.0),
 )
-DISTURBANCE = Disturbance(
-    constant=(0.02, -0.03, 0.01),
-    harmonics=(
-        Harmonic((0.05, 0.04, -0.03), 0.6, (0.0, 1.0, 2.0)),
-        Harmonic((0.01, 0.02, 0.03), 1.7, (0.5, 0.0, -1.0)),
-    ),
-    rate_offset=0.3,
-)
-VARYING = {"amplitude": (1.0, 2.0, -1.5), "frequency": (0.8, 0.5, 0.3), "phase": (0.2, 0.0, 1.0)}
 
 
 def acts(onset, recovery, time, period=None, on_time=None):

@@ -6,17 +6,8 @@ import numpy as np
 import pytest
 from helpers.wheels import FRICTION, LIMIT, PERIOD, PYRAMID, REAL, SPIN, body_momentum, run, start, total_momentum
 
+from ftac_gym import faults as fault_kinds
 from ftac_gym.dynamics import Simulator
-from ftac_gym.faults import (
-    Bias,
-    CommandDelay,
-    FrictionRise,
-    HardOver,
-    IntermittentShutdown,
-    LockInPlace,
-    Outage,
-    Seizure,
-)
 from ftac_gym.spacecraft.friction import Friction
 from ftac_gym.spacecraft.spacecraft import Spacecraft
 
@@ -26,9 +17,12 @@ STORM = {
     "friction": {},
     "zero crossings of stiff friction": {"friction": Friction(5e-2, 8e-2, 1e-3)},
     "seizures": {
-        "faults": (Seizure(wheel=0, onset=20.0, brake=1.5), Seizure(wheel=2, onset=70.03, brake=4.0, recovery=150.0))
+        "faults": (
+            fault_kinds.Seizure(wheel=0, onset=20.0, brake=1.5),
+            fault_kinds.Seizure(wheel=2, onset=70.03, brake=4.0, recovery=150.0),
+        )
     },
-    "saturation": {"momentum_limit": 0.6, "faults": (HardOver(wheel=1, onset=50.0),)},
+    "saturation": {"momentum_limit": 0.6, "faults": (fault_kinds.HardOver(wheel=1, onset=50.0),)},
     "power": {"power_limit": 1.0, "dead_band": 0.01},
     "everything": {
         "momentum_limit": 0.6,
@@ -36,14 +30,14 @@ STORM = {
         "power_limit": (1.0, 2.0, 3.0, 4.0),
         "dead_band": 0.01,
         "faults": (
-            Seizure(wheel=0, onset=150.05, brake=2.0),
-            FrictionRise(wheel=0, onset=10.0, factor=10.0, rise=50.0),
-            FrictionRise(wheel=1, onset=10.0, factor=10.0, direction="forward", period=20.0, on_time=7.0),
-            HardOver(wheel=1, onset=30.0, recovery=120.0, rise=5.0, fall=5.0),
-            CommandDelay(wheel=2, onset=40.0, periods=3),
-            IntermittentShutdown(wheel=2, mean_acting=5.0, mean_resting=15.0),
-            LockInPlace(wheel=3, onset=60.02, recovery=90.0),
-            Bias(wheel=3, onset=0.0, amplitude=0.05, frequency=3.0),
+            fault_kinds.Seizure(wheel=0, onset=150.05, brake=2.0),
+            fault_kinds.FrictionRise(wheel=0, onset=10.0, factor=10.0, rise=50.0),
+            fault_kinds.FrictionRise(wheel=1, onset=10.0, factor=10.0, direction="forward", period=20.0, on_time=7.0),
+            fault_kinds.HardOver(wheel=1, onset=30.0, recovery=120.0, rise=5.0, fall=5.0),
+            fault_kinds.CommandDelay(wheel=2, onset=40.0, periods=3),
+            fault_kinds.IntermittentShutdown(wheel=2, mean_acting=5.0, mean_resting=15.0),
+            fault_kinds.LockInPlace(wheel=3, onset=60.02, recovery=90.0),
+            fault_kinds.Bias(wheel=3, onset=0.0, amplitude=0.05, frequency=3.0),
         ),
     },
 }
@@ -69,7 +63,7 @@ def test_total_momentum_is_conserved(name, step, tolerance):
 def test_without_coupling_the_body_feels_torques_but_no_stored_momentum():
     # No rate about other axes: then the two models agree, friction and seizure included.
     axis = np.array([[0.0], [0.0], [1.0]])
-    fault = Seizure(wheel=0, onset=3.0)
+    fault = fault_kinds.Seizure(wheel=0, onset=3.0)
     ends = []
     for coupling in (True, False):
         scenario = start(fault, momentum=1.0, axes=axis, momentum_coupling=coupling, **REAL).scenario
@@ -120,7 +114,7 @@ def test_friction_takes_energy_and_never_gives_any(lag):
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 def test_the_momentum_of_a_seized_wheel_goes_into_the_body(parts, sign):
     stored, brake = sign * 1.5, 2.5
-    simulator = start(Seizure(wheel=1, onset=1.0, brake=brake), momentum=(0.0, stored, 0.0, 0.0), **parts)
+    simulator = start(fault_kinds.Seizure(wheel=1, onset=1.0, brake=brake), momentum=(0.0, stored, 0.0, 0.0), **parts)
     torque, momentum = run(simulator, np.zeros((100, 1)))
     time = PERIOD * np.arange(1, 101)
     expected = sign * np.maximum(abs(stored) - brake * LIMIT * np.maximum(time - 1.0, 0.0), 0.0)
@@ -136,7 +130,7 @@ def test_the_momentum_of_a_seized_wheel_goes_into_the_body(parts, sign):
 @pytest.mark.parametrize("step", [0.02, 0.1])
 @pytest.mark.parametrize("command", [-0.15, 0.15])
 def test_the_motor_hastens_or_delays_the_stop(command, step):
-    fault = Seizure(wheel=0, brake=2.0)
+    fault = fault_kinds.Seizure(wheel=0, brake=2.0)
     torque, momentum = run(start(fault, momentum=1.0, step=step), np.full((60, 1), command))
     time = PERIOD * np.arange(1, 61)
     expected = np.maximum(1.0 - (0.4 + command) * time, 0.0)
@@ -147,7 +141,7 @@ def test_the_motor_hastens_or_delays_the_stop(command, step):
 
 
 def test_friction_and_lag_do_not_keep_a_wheel_from_seizing():
-    fault = Seizure(wheel=0, onset=1.04, brake=1.2)
+    fault = fault_kinds.Seizure(wheel=0, onset=1.04, brake=1.2)
     simulator = start(fault, momentum=1.0, **{**REAL, "lag": 0.5})
     torque, momentum = run(simulator, np.full((400, 1), -0.2))  # the motor accelerates it against the brake
     # Once the motor is up, the net torque is brake and friction minus motor: 0.04 N m and friction.
@@ -166,7 +160,7 @@ def test_a_brake_stops_a_wheel_without_turning_it_round(step):
     initial = np.linspace(0.0, 0.09, 451)[1:]
     axes = np.tile([[0.0], [0.0], [1.0]], (1, 6))
     for momenta in initial.reshape(-1, 6):
-        faults = [Seizure(wheel=wheel, brake=1.5) for wheel in range(6)]
+        faults = [fault_kinds.Seizure(wheel=wheel, brake=1.5) for wheel in range(6)]
         signs = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
         simulator = start(*faults, momentum=signs * momenta, axes=axes, step=step, period=step, duration=30.0)
         _, momentum = run(simulator, np.zeros((round(0.4 / step), 1)))
@@ -176,14 +170,14 @@ def test_a_brake_stops_a_wheel_without_turning_it_round(step):
 
 
 def test_a_seizure_is_stronger_than_any_other_fault_of_the_wheel():
-    seizure = Seizure(wheel=0, onset=2.0, brake=1.5)
+    seizure = fault_kinds.Seizure(wheel=0, onset=2.0, brake=1.5)
     for other in (
-        HardOver(wheel=0, onset=1.0, random_sign=False, fraction=-1.0),
-        LockInPlace(wheel=0, onset=1.0),
-        LockInPlace(wheel=0, onset=4.0),
-        Bias(wheel=0, onset=1.0, constant=0.09),
-        Outage(wheel=0, onset=1.0),
-        CommandDelay(wheel=0, onset=1.0),
+        fault_kinds.HardOver(wheel=0, onset=1.0, random_sign=False, fraction=-1.0),
+        fault_kinds.LockInPlace(wheel=0, onset=1.0),
+        fault_kinds.LockInPlace(wheel=0, onset=4.0),
+        fault_kinds.Bias(wheel=0, onset=1.0, constant=0.09),
+        fault_kinds.Outage(wheel=0, onset=1.0),
+        fault_kinds.CommandDelay(wheel=0, onset=1.0),
     ):
         for faults in itertools.permutations((seizure, other)):
             simulator = start(*faults, momentum=0.5)
@@ -194,7 +188,7 @@ def test_a_seizure_is_stronger_than_any_other_fault_of_the_wheel():
 
 
 def test_a_wheel_that_lets_go_again_obeys_again():
-    torque, momentum = run(start(Seizure(wheel=0, recovery=5.0), momentum=0.3), np.full((60, 1), -0.1))
+    torque, momentum = run(start(fault_kinds.Seizure(wheel=0, recovery=5.0), momentum=0.3), np.full((60, 1), -0.1))
     assert np.all(momentum[20:50, 0] == 0.0)
     np.testing.assert_array_equal(torque[50:, 0], -0.1)
     np.testing.assert_allclose(momentum[50:, 0], 0.01 * np.arange(1, 11), rtol=1e-12)

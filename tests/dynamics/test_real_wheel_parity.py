@@ -6,20 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from ftac_gym import faults as fault_kinds
 from ftac_gym.dynamics import Simulator
 from ftac_gym.dynamics.simulator import THREAD_BATCH
-from ftac_gym.faults import (
-    Bias,
-    CommandDelay,
-    DriftingEffectiveness,
-    FaultSchedule,
-    FrictionRise,
-    HardOver,
-    IntermittentShutdown,
-    LockInPlace,
-    LossOfEffectiveness,
-    Seizure,
-)
 from ftac_gym.spacecraft.friction import Friction
 from ftac_gym.spacecraft.spacecraft import Spacecraft
 from ftac_gym.spacecraft.wheel_array import WheelArray
@@ -38,15 +27,15 @@ FRICTION = (WEAK, STRONG, STRONG, None, WEAK, STRONG)
 START = {"attitude": (0.5, -0.5, 0.5, 0.5), "rate": (0.03, -0.05, 0.04)}
 AWAY = (0.9, -1.0, 1.2, 0.6, -1.2, 2.0)  # N m s: friction is Coulomb and viscous throughout
 FAULTS = (
-    LossOfEffectiveness(wheel=0, onset=1.03, effectiveness=0.5, amplitude=0.4, frequency=1.3, phase=0.3),
-    FrictionRise(wheel=1, onset=2.0, factor=4.0, rise=5.0),
-    Bias(wheel=1, onset=0.5, amplitude=0.04, frequency=0.8, phase=0.5),
-    FrictionRise(wheel=2, onset=1.0, factor=3.0, rise=5.0, direction="forward"),
-    FrictionRise(wheel=2, onset=1.0, factor=5.0, rise=5.0, direction="backward"),
-    DriftingEffectiveness(wheel=3, onset=0.5, effectiveness=0.3, rise=6.0),
-    DriftingEffectiveness(wheel=4, onset=1.5, effectiveness=0.1, rise=4.0),
-    Bias(wheel=4, onset=3.0, slope=0.004),
-    LockInPlace(wheel=5, onset=4.02, recovery=7.0),
+    fault_kinds.LossOfEffectiveness(wheel=0, onset=1.03, effectiveness=0.5, amplitude=0.4, frequency=1.3, phase=0.3),
+    fault_kinds.FrictionRise(wheel=1, onset=2.0, factor=4.0, rise=5.0),
+    fault_kinds.Bias(wheel=1, onset=0.5, amplitude=0.04, frequency=0.8, phase=0.5),
+    fault_kinds.FrictionRise(wheel=2, onset=1.0, factor=3.0, rise=5.0, direction="forward"),
+    fault_kinds.FrictionRise(wheel=2, onset=1.0, factor=5.0, rise=5.0, direction="backward"),
+    fault_kinds.DriftingEffectiveness(wheel=3, onset=0.5, effectiveness=0.3, rise=6.0),
+    fault_kinds.DriftingEffectiveness(wheel=4, onset=1.5, effectiveness=0.1, rise=4.0),
+    fault_kinds.Bias(wheel=4, onset=3.0, slope=0.004),
+    fault_kinds.LockInPlace(wheel=5, onset=4.02, recovery=7.0),
 )
 
 
@@ -144,7 +133,7 @@ def simulate(commands, momentum, period, step, coupling=True, faults=(), **wheel
         name="real",
         spacecraft=Spacecraft(INERTIA, WheelArray(AXES, LIMIT, None, coupling, **parts)),
         initial_state=InitialState.fixed(**START, wheel_momentum=momentum),
-        faults=FaultSchedule(faults) if faults else None,
+        faults=fault_kinds.FaultSchedule(faults) if faults else None,
         control_period=period,
         physics_step=step,
         duration=period * len(commands),
@@ -185,9 +174,9 @@ def test_plant_agrees_with_scipy_through_zero_crossings():
 def test_order_four_away_from_rest():
     commands = np.random.default_rng(0).uniform(-0.3, 0.3, (10, 6))
     faults = (
-        LossOfEffectiveness(wheel=0, onset=1.6, effectiveness=0.5, amplitude=0.4, frequency=1.5, phase=0.2),
-        Bias(wheel=1, onset=2.4, recovery=6.4, amplitude=0.1, frequency=1.2, slope=0.01),
-        DriftingEffectiveness(wheel=4, onset=0.8, effectiveness=0.1, rise=4.0),
+        fault_kinds.LossOfEffectiveness(wheel=0, onset=1.6, effectiveness=0.5, amplitude=0.4, frequency=1.5, phase=0.2),
+        fault_kinds.Bias(wheel=1, onset=2.4, recovery=6.4, amplitude=0.1, frequency=1.2, slope=0.01),
+        fault_kinds.DriftingEffectiveness(wheel=4, onset=0.8, effectiveness=0.1, rise=4.0),
     )
     start = tuple(5.0 * momentum for momentum in AWAY)
 
@@ -223,11 +212,11 @@ def test_order_three_through_zero_crossings(breakaway_speed):
 
 EVERYTHING = (
     *FAULTS,
-    Bias(wheel=0, onset=2.0, constant=0.03, period=0.7, on_time=0.33),
-    Seizure(wheel=3, onset=5.0),
-    CommandDelay(wheel=1, onset=1.0, periods=(1.0, 5.0)),
-    IntermittentShutdown(wheel=4, mean_acting=2.0, mean_resting=3.0),
-    HardOver(wheel=2, onset=(3.0, 7.0), recovery=7.5),
+    fault_kinds.Bias(wheel=0, onset=2.0, constant=0.03, period=0.7, on_time=0.33),
+    fault_kinds.Seizure(wheel=3, onset=5.0),
+    fault_kinds.CommandDelay(wheel=1, onset=1.0, periods=(1.0, 5.0)),
+    fault_kinds.IntermittentShutdown(wheel=4, mean_acting=2.0, mean_resting=3.0),
+    fault_kinds.HardOver(wheel=2, onset=(3.0, 7.0), recovery=7.5),
 )
 HOSTILE = {"momentum_limit": 1.3, "dead_band": 1e-3, "power_limit": 5.0, "lag": (0.05, 0.01, 0.2, 0.02, 0.08, 0.03)}
 
@@ -238,7 +227,7 @@ def everything(count, threads=1):
         name="everything",
         spacecraft=Spacecraft(INERTIA, wheels),
         initial_state=InitialState(max_rate=0.05, wheel_momentum=(-1.2, 1.2)),
-        faults=FaultSchedule(EVERYTHING),
+        faults=fault_kinds.FaultSchedule(EVERYTHING),
         duration=20.0,
     )
     return Simulator(scenario, count, threads)
