@@ -8,6 +8,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.vector import SyncVectorEnv
+from helpers.snapshots import history, snapshot
 
 import ftac_gym  # noqa: F401  registers the environments
 from ftac_gym import scenarios
@@ -46,22 +47,6 @@ def start(scenario, count=1, seed=0):
 
 def commands(steps, count=1, seed=0):
     return np.random.default_rng(seed).uniform(-0.2, 0.2, (steps, count, 4))
-
-
-def snapshot(simulator):
-    """Everything that can be seen of N spacecraft, (N, values)."""
-    measured, state = simulator.measurement(), simulator.state
-    parts = [array for name, array in vars(measured).items() if name != "truth"]
-    parts += vars(state).values()
-    return np.concatenate([np.asarray(part, dtype=float).reshape(len(measured), -1) for part in parts], axis=1)
-
-
-def history(simulator, orders):
-    rows = [snapshot(simulator)]
-    for order in orders:
-        simulator.step(order)
-        rows.append(snapshot(simulator))
-    return np.array(rows)
 
 
 def momenta(simulator, orders):

@@ -6,6 +6,7 @@ import pickle
 
 import numpy as np
 import pytest
+from helpers.snapshots import history, snapshot
 
 from ftac_gym import scenarios
 from ftac_gym.dynamics import Simulator
@@ -26,23 +27,6 @@ def start(scenario, episodes, threads=1):
     simulator = Simulator(scenario, len(episodes), threads)
     simulator.reset(episodes)
     return simulator
-
-
-def snapshot(simulator):
-    """Everything that can be seen of N spacecraft, (N, values)."""
-    measured, state = simulator.measurement(), simulator.state
-    parts = [getattr(measured, name) for name in MEASURED]
-    parts += [getattr(state, field.name) for field in dataclasses.fields(state)]
-    return np.concatenate([part.reshape(len(measured), -1) for part in parts], axis=1)
-
-
-def history(simulator, orders):
-    """Snapshots (T + 1, N, values)."""
-    rows = [snapshot(simulator)]
-    for order in orders:
-        simulator.step(order)
-        rows.append(snapshot(simulator))
-    return np.array(rows)
 
 
 # ----------------------------------------------------------------------------------------------------- independence

@@ -5,23 +5,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from ftac_gym import faults as fault_kinds
 from ftac_gym import scenarios
 from ftac_gym.attitude import quaternion_error, rotate_to_body
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
 from ftac_gym.envs.observation import BOUND, TIERS, observation_layout
-from ftac_gym.faults import (
-    AttitudeSpike,
-    Bias,
-    CommandDelay,
-    FaultSchedule,
-    GyroBiasStep,
-    HardOver,
-    LockInPlace,
-    LossOfEffectiveness,
-    Outage,
-    StarTrackerOutage,
-    fault_effect,
-)
 from ftac_gym.spacecraft.spacecraft import Spacecraft
 from ftac_gym.spacecraft.wheel_array import WheelArray
 from ftac_gym.task.initial_state import InitialState
@@ -33,17 +21,17 @@ AXES = ((1.0, 0.0, 0.0, 0.6, 0.0), (0.0, 1.0, 0.0, 0.0, 0.8), (0.0, 0.0, 1.0, 0.
 UNEQUAL = WheelArray(AXES, (0.1, 0.2, 0.3, 0.15, 0.25), (4.0, 5.0, 6.0, 7.0, 8.0))
 FREE = WheelArray(AXES, (0.1, 0.2, 0.3, 0.15, 0.25), None, momentum_coupling=False)
 WHEELS = 5
-FAULTS = FaultSchedule(
+FAULTS = fault_kinds.FaultSchedule(
     (
-        LossOfEffectiveness(wheel=0, onset=0.3, effectiveness=0.4, amplitude=0.2, frequency=3.0),
-        Bias(wheel=1, onset=0.5, constant=0.03, slope=0.01),
-        Outage(wheel=2, onset=1.0, recovery=2.0),
-        LockInPlace(wheel=3, onset=1.2),
-        HardOver(wheel=4, onset=0.7, fraction=0.3),
-        CommandDelay(wheel=0, onset=0.9, periods=3, recovery=3.0),
-        GyroBiasStep(onset=0.4, size=0.02, rise=1.0),
-        AttitudeSpike(onset=0.6, angle=(0.1, 0.5), period=1.0, on_time=0.3),
-        StarTrackerOutage(onset=1.1, duration=0.8),
+        fault_kinds.LossOfEffectiveness(wheel=0, onset=0.3, effectiveness=0.4, amplitude=0.2, frequency=3.0),
+        fault_kinds.Bias(wheel=1, onset=0.5, constant=0.03, slope=0.01),
+        fault_kinds.Outage(wheel=2, onset=1.0, recovery=2.0),
+        fault_kinds.LockInPlace(wheel=3, onset=1.2),
+        fault_kinds.HardOver(wheel=4, onset=0.7, fraction=0.3),
+        fault_kinds.CommandDelay(wheel=0, onset=0.9, periods=3, recovery=3.0),
+        fault_kinds.GyroBiasStep(onset=0.4, size=0.02, rise=1.0),
+        fault_kinds.AttitudeSpike(onset=0.6, angle=(0.1, 0.5), period=1.0, on_time=0.3),
+        fault_kinds.StarTrackerOutage(onset=1.1, duration=0.8),
     )
 )
 PROFILE = RateProfile(
@@ -118,7 +106,9 @@ class Recomputed:
             parts |= {"star_tracker_valid": measurement.star_tracker_valid.astype(float)}
         if self.tier == "oracle":
             state = truth.state
-            effect = fault_effect(truth.faults, truth.time, self.wheels, state.wheel_momentum, state.wheel_torque)
+            effect = fault_kinds.fault_effect(
+                truth.faults, truth.time, self.wheels, state.wheel_momentum, state.wheel_torque
+            )
             parts |= {"fault_effectiveness": effect.effectiveness[0], "fault_bias": effect.bias[0] / self.limits}
             parts |= {"fault_delay": effect.delay[0] / 5.0, "sensor_rate_fault": effect.rate_bias[0] / 0.1}
             parts |= {"sensor_attitude_fault": effect.attitude_turn[0]}
@@ -180,16 +170,16 @@ def test_only_the_oracle_knows_the_faults():
 @pytest.mark.parametrize("tier", TIERS)
 def test_in_bounds_even_when_everything_goes_wrong(tier):
     wild = FLAGSHIP.replace(
-        faults=FaultSchedule(
+        faults=fault_kinds.FaultSchedule(
             (
-                Bias(wheel=0, constant=5.0),
-                LossOfEffectiveness(wheel=1, effectiveness=1.0),
-                Bias(wheel=2, amplitude=9.0, frequency=3.0),
-                HardOver(wheel=3),
-                CommandDelay(wheel=3, periods=5),
-                GyroBiasStep(size=50.0),
-                AttitudeSpike(angle=np.pi),
-                AttitudeSpike(angle=np.pi),
+                fault_kinds.Bias(wheel=0, constant=5.0),
+                fault_kinds.LossOfEffectiveness(wheel=1, effectiveness=1.0),
+                fault_kinds.Bias(wheel=2, amplitude=9.0, frequency=3.0),
+                fault_kinds.HardOver(wheel=3),
+                fault_kinds.CommandDelay(wheel=3, periods=5),
+                fault_kinds.GyroBiasStep(size=50.0),
+                fault_kinds.AttitudeSpike(angle=np.pi),
+                fault_kinds.AttitudeSpike(angle=np.pi),
             )
         ),
         spacecraft=Spacecraft(INERTIA, WheelArray.sign_pyramid(0.2, None)),
@@ -254,7 +244,7 @@ def test_the_scales_tell_small_errors_apart():
 
 def test_the_model_residual_shows_a_bias():
     scenario = FLAGSHIP.replace(
-        faults=FaultSchedule((Bias(wheel=0, constant=0.05),)), sensors=None, disturbance=None,
+        faults=fault_kinds.FaultSchedule((fault_kinds.Bias(wheel=0, constant=0.05),)), sensors=None, disturbance=None,
         inertia_uncertainty=None, initial_state=InitialState.fixed(),
     )  # fmt: skip
     env = SpacecraftFTCEnv(scenario, observation="telemetry")
