@@ -1,6 +1,8 @@
 """Frozen dataclasses to plain JSON data and back, with the class named in each object."""
 
 import dataclasses
+import json
+import math
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
@@ -68,6 +70,32 @@ def to_plain(value: Any) -> Any:
     if isinstance(value, (tuple, list)):
         return [to_plain(item) for item in value]
     return value
+
+
+def parse_json(text: str | bytes) -> Any:
+    """Return the data of JSON text, strictly.
+
+    Raises
+    ------
+    ValueError
+        If the text is no JSON, is nested too deeply, has a key twice in one object, or a number that is not finite.
+    """
+
+    def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        found = dict(pairs)
+        twice = next((key for index, (key, _) in enumerate(pairs) if key in dict(pairs[:index])), None)
+        require(len(found) == len(pairs), "JSON", "must have every key once in an object", twice)
+        return found
+
+    def number(literal: str) -> float:
+        value = float(literal)
+        require(math.isfinite(value), "JSON", "must have finite numbers", literal[:40])
+        return value
+
+    try:
+        return json.loads(text, object_pairs_hook=unique, parse_constant=number, parse_float=number)
+    except RecursionError:
+        raise ValueError("JSON must not be nested so deeply") from None
 
 
 def from_plain(value: Any) -> Any:

@@ -1,0 +1,135 @@
+"""Files that are complete or absent, locks of folders, and one line about a damaged file."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any
+
+from ftac_gym.utils.parameters import require
+
+if TYPE_CHECKING:
+    from filelock import BaseFileLock
+
+LOCK_FILE = ".lock"
+"""File in a folder that one process at a time may use. It stays; the lock on it ends with its process."""
+
+PARTIAL = ".partial"
+"""Suffix of a file or folder while it is written. A killed process leaves it behind; it is never read."""
+
+LONGEST_REASON = 200
+"""Characters of the reason in a message about a damaged file."""
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[IO[bytes]]:
+    """Open a new file that takes the place of ``path`` at the end of the block, or not at all.
+
+    Until then its name is its own, so that several writers of one path do not share it. After an error, for example of
+    a full disk, the old file is as it was.
+
+    Parameters
+    ----------
+    path
+        The file; its folder is created.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(f"{path.name}.{secrets.token_hex(8)}{PARTIAL}")
+    try:
+        with partial.open("xb") as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        partial.replace(path)
+    except BaseException:
+        with suppress(OSError):
+            partial.unlink(missing_ok=True)
+        raise
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file in UTF-8 that is complete or absent."""
+    with replacing(path) as file:
+        file.write(text.encode())
+
+
+@contextmanager
+def reading(path: Path, remedy: str, *errors: type[Exception]) -> Iterator[None]:
+    """Turn an error from reading a file into one line.
+
+    Parameters
+    ----------
+    path
+        The file.
+    remedy
+        Advice to the user, in the imperative.
+    *errors
+        Further errors that a damaged file causes, beside those of values, keys, types and early ends.
+
+    Raises
+    ------
+    ValueError
+        If the block raises one of the errors: the message names file, reason and remedy.
+    """
+    damaged = (ValueError, TypeError, LookupError, AttributeError, EOFError, OSError, RecursionError, *errors)
+    try:
+        yield
+    except damaged as error:
+        raise ValueError(damage(path, error, remedy)) from error
+
+
+def damage(path: Path, error: object, remedy: str) -> str:
+    """Return one line about a damaged file: its path, the reason and the remedy."""
+    reason = " ".join(str(error).split()) or type(error).__name__
+    if len(reason) > LONGEST_REASON:
+        reason = f"{reason[:LONGEST_REASON]} ..."
+    return f"{path} cannot be read: {reason}; {remedy}"
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Keep other processes out of a folder during the block; needs the ``train`` extra.
+
+    The lock is the operating system's: it ends with the process, however that ends.
+
+    Parameters
+    ----------
+    folder
+        The folder, which is created.
+
+    Raises
+    ------
+    ValueError
+        If another process, or this one, has the folder already; the message names the process.
+    """
+    lock = _lock(folder)
+    try:
+        yield
+    finally:
+        lock.release()
+
+
+def _lock(folder: Path) -> BaseFileLock:
+    from filelock import FileLock, Timeout
+
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / LOCK_FILE
+    lock = FileLock(path, blocking=False, thread_local=False)
+    try:
+        lock.acquire()
+    except Timeout:
+        user = _holder(path)
+        require(False, "folder", f"must be used by one process at a time; process {user} uses it", str(folder))
+    with suppress(OSError):  # Windows refuses to write to a locked file, which then names no process.
+        path.write_text(f"{os.getpid()}\n", encoding="utf-8")
+    return lock
+
+
+def _holder(path: Path) -> Any:
+    try:
+        return int(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return "of another user"
