@@ -74,7 +74,16 @@ def reading(path: Path, remedy: str, *errors: type[Exception]) -> Iterator[None]
     ValueError
         If the block raises one of the errors: the message names file, reason and remedy.
     """
-    damaged = (ValueError, TypeError, LookupError, AttributeError, EOFError, OSError, RecursionError, *errors)
+    damaged: tuple[type[Exception], ...] = (
+        ValueError,
+        TypeError,
+        LookupError,
+        AttributeError,
+        EOFError,
+        OSError,
+        RecursionError,
+        *errors,
+    )
     try:
         yield
     except damaged as error:
