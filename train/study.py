@@ -11,8 +11,6 @@ For example:
 """
 
 import csv
-import subprocess
-import sys
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -30,6 +28,7 @@ from ftac_gym.evaluation.statistics import estimate, paired_difference
 from ftac_gym.evaluation.tables import Cells, markdown, number, verdict
 from ftac_gym.training.callbacks import checkpoints
 from ftac_gym.utils.parameters import FloatArray
+from ftac_gym.utils.processes import run_script
 
 TRAIN = Path(__file__).parent / "train.py"
 BASE = "pd_dob"
@@ -105,11 +104,8 @@ def train(config: Config, action: str, memory: str, seed: int) -> None:
         return
     arguments = [*options(config, action, memory), "--seed", str(seed), "--torch-threads", "1"]
     arguments += ["--run-folder", str(folder), "--checkpoint-every", str(max(steps // 3, 1))]
-    command = [sys.executable, str(TRAIN), *arguments, *(["--resume"] if done else [])]
     folder.mkdir(parents=True, exist_ok=True)
-    with (folder / "log.txt").open("a") as log:
-        result = subprocess.run(command, stdout=log, stderr=subprocess.STDOUT, check=False)
-    if result.returncode:
+    if run_script(TRAIN, [*arguments, *(["--resume"] if done else [])], folder / "log.txt"):
         raise SystemExit(f"training {folder} failed; see {folder / 'log.txt'}")
 
 

@@ -11,14 +11,13 @@ from __future__ import annotations
 import json
 import math
 import os
-import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from importlib.metadata import version
-from multiprocessing import get_context, parent_process
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +28,7 @@ import ftac_gym
 from ftac_gym.baselines import tuned
 from ftac_gym.evaluation.tuning_objective import FAILED, Search, mean_return
 from ftac_gym.utils.parameters import require
+from ftac_gym.utils.processes import end_with_parent
 
 JOURNAL = "trials.jsonl"
 """File of a study in its folder."""
@@ -190,7 +190,7 @@ def tune(
 
     report()
     # Spawned, not forked: a fork copies locks that other threads may hold.
-    pool = ProcessPoolExecutor(min(workers, size), get_context("spawn"), _watch_parent) if workers > 1 else None
+    pool = ProcessPoolExecutor(min(workers, size), get_context("spawn"), end_with_parent) if workers > 1 else None
     with pool or nullcontext():
         mapping: Any = map if pool is None else pool.map
         # The first trial is the baseline's own gains; then come generations.
@@ -204,18 +204,6 @@ def tune(
     failed = sum(trial.mean_return == FAILED for trial in study.trials)
     require(failed < len(study.trials), "trials", "must have one whose gains can be flown", len(study.trials))
     return Result(search, len(study.trials), failed, study.best.gains, study.best.mean_return)
-
-
-def _watch_parent() -> None:
-    """End a worker when the process that it works for is killed: it would wait for work forever."""
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    parent = parent_process()
-    assert parent is not None
-    parent.join()
-    os._exit(1)
 
 
 def store(result: Result, command: str, commit: str | None, fresh: Mapping[str, float]) -> Path:

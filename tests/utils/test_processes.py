@@ -1,0 +1,58 @@
+"""Processes that end with their parent, which is killed without a chance to end them."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+CHILD = """
+import pathlib, sys, time
+print("begun", flush=True)
+while True:
+    pathlib.Path(sys.argv[1]).write_text(str(time.monotonic()))
+    time.sleep(0.05)
+"""
+
+PARENT = """
+import sys
+from pathlib import Path
+from concurrent.futures import ThreadPoolExecutor
+from ftac_gym.utils.processes import run_script
+
+if __name__ == "__main__":
+    folder = Path(sys.argv[1])
+    with ThreadPoolExecutor(1) as pool:  # as a study does
+        pool.submit(run_script, folder / "child.py", [str(folder / "beat")], folder / "log.txt").result()
+"""
+
+
+def test_a_script_ends_with_its_killed_parent(tmp_path):
+    (tmp_path / "child.py").write_text(CHILD)
+    (tmp_path / "parent.py").write_text(PARENT)
+    parent = subprocess.Popen([sys.executable, tmp_path / "parent.py", tmp_path])
+    beat = tmp_path / "beat"
+    try:
+        deadline = time.monotonic() + 30.0
+        while not beat.exists():
+            assert parent.poll() is None and time.monotonic() < deadline
+            time.sleep(0.02)
+    finally:
+        os.kill(parent.pid, signal.SIGKILL)
+        parent.wait()
+    time.sleep(0.5)
+    last = beat.stat().st_mtime_ns
+    time.sleep(0.5)
+    assert beat.stat().st_mtime_ns == last, "the child lives on"
+    assert (tmp_path / "log.txt").read_text() == "begun\n"
+
+
+def test_a_script_has_its_arguments_status_and_log(tmp_path):
+    (tmp_path / "script.py").write_text("import sys\nprint(sys.argv[1:], __name__)\nraise SystemExit('no')\n")
+    starter = "import sys; from pathlib import Path; from ftac_gym.utils.processes import run_script\n"
+    starter += "if __name__ == '__main__':\n    f = Path(sys.argv[1])\n"
+    starter += "    raise SystemExit(10 + run_script(f / 'script.py', ['a', '--b'], f / 'log.txt'))\n"
+    (tmp_path / "starter.py").write_text(starter)
+    for _ in range(2):
+        assert subprocess.run([sys.executable, tmp_path / "starter.py", tmp_path]).returncode == 11
+    assert (tmp_path / "log.txt").read_text() == 2 * "['a', '--b'] __main__\nno\n"
