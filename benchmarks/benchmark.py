@@ -21,12 +21,12 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
-import tyro
 
 import ftac_gym  # noqa: F401  registers the environments
 from ftac_gym import baselines, scenarios
 from ftac_gym.dynamics import Simulator
 from ftac_gym.dynamics.plant import advance
+from ftac_gym.utils.console import run_program
 
 
 @dataclass(frozen=True)
@@ -294,4 +294,4 @@ def main(config: Config) -> None:
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Config, description=__doc__))
+    run_program(main, Config, __doc__)

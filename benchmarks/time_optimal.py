@@ -32,7 +32,6 @@ from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
-import tyro
 from tqdm import tqdm
 
 from ftac_gym import scenarios
@@ -51,6 +50,7 @@ from ftac_gym.scenarios import frozen
 from ftac_gym.spacecraft.wheel_array import WheelArray
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.objective import SuccessCriterion
+from ftac_gym.utils.console import run_program
 from ftac_gym.utils.directions import across
 from ftac_gym.utils.parameters import FloatArray, require
 
@@ -248,4 +248,4 @@ def main(config: Config) -> None:
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Config, description=__doc__))
+    run_program(main, Config, __doc__)

@@ -23,7 +23,6 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-import tyro
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -43,7 +42,7 @@ from ftac_gym.policies.resolve import TUNED
 from ftac_gym.report import write_report
 from ftac_gym.scenarios import SPLITS, frozen
 from ftac_gym.task.episodes import Episodes
-from ftac_gym.utils.console import exit_on, show_table
+from ftac_gym.utils.console import exit_on, run_program, show_table
 
 CLOSE = ("agent", "flagship_telemetry", "flagship_direct", "pd_dob", "pd", "nftsm_observer tuned", "nftsm tuned")
 """The shipped agents of the flagship, and the baselines that come closest to them."""
@@ -294,4 +293,4 @@ def main(config: Config) -> None:
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Config, description=__doc__))
+    run_program(main, Config, __doc__)

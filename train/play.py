@@ -15,7 +15,6 @@ For example:
 from dataclasses import dataclass
 from pathlib import Path
 
-import tyro
 from gymnasium.error import DependencyNotInstalled
 from rich.progress import track
 
@@ -26,7 +25,7 @@ from ftac_gym.faults import FaultSchedule
 from ftac_gym.faults.specification import parse
 from ftac_gym.scenarios import frozen
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.console import exit_on
+from ftac_gym.utils.console import exit_on, run_program
 from ftac_gym.viewer import Film, Screen, Session
 from ftac_gym.viewer.keys import press
 
@@ -153,4 +152,4 @@ def main(config: Config) -> None:
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Config, description=__doc__))
+    run_program(main, Config, __doc__)

@@ -14,7 +14,6 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 
-import tyro
 from rich.console import Console
 from tqdm import tqdm
 
@@ -23,7 +22,7 @@ from ftac_gym.reproduction import PAPERS
 from ftac_gym.reproduction.recorder import record
 from ftac_gym.reproduction.recordings import Plan, Recordings
 from ftac_gym.reproduction.verdicts import claim_table
-from ftac_gym.utils.console import show_table
+from ftac_gym.utils.console import run_program, show_table
 
 
 @dataclass(frozen=True)
@@ -77,4 +76,4 @@ def main(config: Config) -> None:
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Config, description=__doc__))
+    run_program(main, Config, __doc__)

@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-import tyro
 from rich.console import Console
 from tqdm import tqdm
 
@@ -27,6 +26,7 @@ from ftac_gym.evaluation.compare import statistic_of
 from ftac_gym.evaluation.statistics import estimate, paired_difference
 from ftac_gym.evaluation.tables import Cells, markdown, number, verdict
 from ftac_gym.training.callbacks import checkpoints
+from ftac_gym.utils.console import run_program
 from ftac_gym.utils.parameters import FloatArray
 from ftac_gym.utils.processes import run_script
 
@@ -181,4 +181,4 @@ def main(config: Config) -> None:
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Config, description=__doc__))
+    run_program(main, Config, __doc__)

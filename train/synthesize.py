@@ -15,12 +15,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import tyro
 
 from ftac_gym import scenarios
 from ftac_gym.baselines import synthesis
 from ftac_gym.baselines.synthesis.designs import record
-from ftac_gym.utils.console import exit_on
+from ftac_gym.utils.console import exit_on, run_program
 
 
 @dataclass(frozen=True)
@@ -69,4 +68,4 @@ def main(config: Config) -> None:
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Config, description=__doc__))
+    run_program(main, Config, __doc__)

@@ -29,7 +29,6 @@ from typing import Any, Literal
 
 import gymnasium as gym
 import torch
-import tyro
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import CallbackList, ProgressBarCallback
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
@@ -50,7 +49,7 @@ from ftac_gym.training.hyperparameters import (
     with_base_gains,
     wrappers_from_text,
 )
-from ftac_gym.utils.console import command_line, commit, exit_on
+from ftac_gym.utils.console import command_line, commit, exit_on, run_program
 from ftac_gym.utils.parameters import require
 from ftac_gym.wrappers import SB3VecEnv
 
@@ -295,4 +294,4 @@ def main(config: Config) -> None:
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Config, description=__doc__))
+    run_program(main, Config, __doc__)

@@ -17,14 +17,13 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-import tyro
 from tqdm import tqdm
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.evaluation.metrics import summarize
 from ftac_gym.evaluation.tuning import Study, store, tune
 from ftac_gym.evaluation.tuning_objective import Search, fly
-from ftac_gym.utils.console import command_line, commit, exit_on
+from ftac_gym.utils.console import command_line, commit, exit_on, run_program
 from ftac_gym.utils.parameters import require
 
 
@@ -102,4 +101,4 @@ def main(config: Config) -> None:
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Config, description=__doc__))
+    run_program(main, Config, __doc__)

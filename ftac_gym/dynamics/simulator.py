@@ -1,5 +1,6 @@
 """True plant of N spacecraft, each in an episode of its own."""
 
+import os
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -71,11 +72,17 @@ class Simulator:
         self._past = np.zeros((count, 0, wheels.count))
         self._indices = np.arange(count)
         self._episodes: Episodes | None = None
-        self._pool: ThreadPoolExecutor | None = None
+        self._pool: tuple[int, ThreadPoolExecutor] | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave the threads out of copies and pickles."""
         return {**self.__dict__, "_pool": None}
+
+    def _threads(self) -> ThreadPoolExecutor:
+        """Return the threads of this process: a forked child has those of its parent in name only."""
+        if self._pool is None or self._pool[0] != os.getpid():
+            self._pool = os.getpid(), ThreadPoolExecutor(self.threads)
+        return self._pool[1]
 
     @property
     def time(self) -> FloatArray:
@@ -179,10 +186,8 @@ class Simulator:
         if parts == 1:
             advance(0, self.num_spacecraft, *shared)
         else:
-            if self._pool is None:
-                self._pool = ThreadPoolExecutor(self.threads)
             edges = np.linspace(0, self.num_spacecraft, parts + 1).astype(int)
-            list(self._pool.map(lambda first, end: advance(first, end, *shared), edges[:-1], edges[1:]))
+            list(self._threads().map(lambda first, end: advance(first, end, *shared), edges[:-1], edges[1:]))
         self._sense(self._indices)
 
     def plant_arguments(self) -> tuple[Any, ...]:

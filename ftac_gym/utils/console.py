@@ -1,16 +1,77 @@
 """Pieces that the command-line scripts share: errors, provenance and tables; needs the ``train`` extra."""
 
 import dataclasses
+import errno
+import os
 import shlex
 import subprocess
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO, TypeVar
 
+import tyro
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
+
+Config = TypeVar("Config")
+
+INTERRUPTED, PIPE_CLOSED = 130, 141
+"""Statuses of a shell for programs that SIGINT and SIGPIPE end."""
+
+_SURROUNDINGS = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EACCES, errno.EPERM, errno.EIO}
+"""Errors of the operating system that no program can mend: space, rights and devices."""
+
+
+def run_program(main: Callable[[Config], None], config: type[Config], description: str | None) -> None:
+    """Run a program with the configuration of its command line, to its end or to one line about its surroundings.
+
+    Ctrl-C, a closed pipe, and a disk that is full or read-only end it without a traceback. Characters that the
+    terminal lacks are shown as escapes.
+
+    Parameters
+    ----------
+    main
+        The program.
+    config
+        Dataclass of its options.
+    description
+        Help text.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        main(tyro.cli(config, description=description))
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        _end("interrupted", INTERRUPTED)
+    except BrokenPipeError:
+        _end("", PIPE_CLOSED)
+    except OSError as error:
+        if error.errno not in _SURROUNDINGS:
+            raise
+        _end(f"{error.strerror}{f': {error.filename}' if error.filename else ''}", 1)
+
+
+def _end(message: str, status: int) -> None:
+    """End the program with a message and a status, whether or not its streams still work."""
+    if message:
+        with suppress(OSError):
+            sys.stderr.write(f"{message}\n")
+    for stream in (sys.stdout, sys.stderr):
+        _close(stream)
+    raise SystemExit(status)
+
+
+def _close(stream: TextIO) -> None:
+    """Lead a stream that no longer works to nowhere: the interpreter would complain of it at its end."""
+    try:
+        stream.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 @contextmanager

@@ -34,7 +34,7 @@ def replacing(path: Path) -> Iterator[IO[bytes]]:
     Parameters
     ----------
     path
-        The file; its folder is created.
+        The file; its folder is created. Errors of the operating system name it.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f"{path.name}.{secrets.token_hex(8)}{PARTIAL}")
@@ -44,7 +44,9 @@ def replacing(path: Path) -> Iterator[IO[bytes]]:
             file.flush()
             os.fsync(file.fileno())
         partial.replace(path)
-    except BaseException:
+    except BaseException as error:
+        if isinstance(error, OSError) and error.filename in (None, str(partial)):
+            error.filename = str(path)
         with suppress(OSError):
             partial.unlink(missing_ok=True)
         raise

@@ -15,6 +15,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from ftac_gym.utils.compiling import entry_point
+
 FloatArray = npt.NDArray[np.float64]
 KeyArray = npt.NDArray[np.uint32]
 
@@ -64,7 +66,7 @@ def keys_from_seeds(seeds: Iterable[int]) -> KeyArray:
     return np.array([np.random.SeedSequence(seed).generate_state(2) for seed in seeds], dtype=np.uint32).reshape(-1, 2)
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def philox(c0: Any, c1: Any, c2: Any, c3: Any, k0: Any, k1: Any) -> Any:
     """Philox4x32-10: four 32-bit words (held in 64 bits) from a 128-bit counter and a 64-bit key."""
     c0, c1, c2, c3 = np.uint64(c0), np.uint64(c1), np.uint64(c2), np.uint64(c3)
@@ -81,7 +83,7 @@ def philox(c0: Any, c1: Any, c2: Any, c3: Any, k0: Any, k1: Any) -> Any:
     return c0, c1, c2, c3
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def normal_pair(word_0: Any, word_1: Any) -> Any:
     """Two independent standard normal deviates from two random words (Box and Muller)."""
     # The half makes the argument of the logarithm positive: deviates reach 6.7 standard deviations.
@@ -93,7 +95,7 @@ def normal_pair(word_0: Any, word_1: Any) -> Any:
     return radius * cosine, radius * sine
 
 
-@njit(cache=True, nogil=True)
+@entry_point(contract=False)
 def _fill_uniforms(keys: Any, episodes: Any, stream: int, out: Any) -> None:
     for i in range(out.shape[0]):
         for block in range((out.shape[1] + 1) // 2):

@@ -6,8 +6,10 @@ import json
 import os
 import subprocess
 import sys
+import warnings
 
 import pytest
+from helpers.small_disk import on_small_disk
 from numba.extending import is_jitted
 
 from ftac_gym.dynamics import plant, sensing
@@ -60,13 +62,17 @@ def run(tmp_path):
     (package / "compiling.py").write_text(source_of(compiling))
     (package / "kernel.py").write_text(KERNEL)
 
-    def call(factor, **environment):
+    def call(factor, disk=0, **environment):
         (package / "pieces.py").write_text(PIECES.format(factor=factor))
+        command = [sys.executable, "-c", REPORT]
         finished = subprocess.run(
-            [sys.executable, "-c", REPORT],
+            on_small_disk(command, tmp_path / "cache", disk) if disk else command,
             env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path), **environment},
             capture_output=True, text=True, check=True,
         )  # fmt: skip
+        # The last line of a warning is the source.
+        for line in finished.stderr.splitlines()[::2]:
+            warnings.warn(line, stacklevel=1)
         return json.loads(finished.stdout)
 
     return call
@@ -90,6 +96,31 @@ def test_a_change_in_any_file_recompiles_and_no_change_does_not(run, tmp_path):
 def test_without_compilation_the_functions_are_plain_python(run, tmp_path):
     assert run(2.0, NUMBA_DISABLE_JIT="1") == [[0.0, 2.0, 4.0], None, None]
     assert not (tmp_path / "cache").exists()
+
+
+def test_without_a_folder_for_compiled_code_every_process_compiles(run, tmp_path):
+    file = tmp_path / "file"
+    file.touch()
+    (tmp_path / "parts" / "__pycache__").touch()
+    elsewhere = {name: str(file / "home") for name in ("HOME", "XDG_CACHE_HOME", "NUMBA_CACHE_DIR")}
+    with pytest.warns(UserWarning, match="so every start compiles anew .*; set NUMBA_CACHE_DIR to a folder"):
+        assert run(2.0, PYTHONDONTWRITEBYTECODE="1", **elsewhere) == [[0.0, 2.0, 4.0], 0, 1]
+
+
+@pytest.mark.parametrize("suffix", [".nbi", ".nbc"])
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_torn_files_of_compiled_code_are_replaced(run, tmp_path, suffix, share):
+    assert run(2.0) == [[0.0, 2.0, 4.0], 0, 1]
+    (torn,) = (tmp_path / "cache").rglob(f"*{suffix}")
+    content = torn.read_bytes()
+    torn.write_bytes(content[: int(share * len(content))])
+    assert run(2.0) == [[0.0, 2.0, 4.0], 0, 1]
+    assert run(2.0) == [[0.0, 2.0, 4.0], 1, 0]
+
+
+def test_a_full_disk_only_costs_the_storing(run, tmp_path):
+    with pytest.warns(UserWarning, match=r"\(No space left on device\); set NUMBA_CACHE_DIR to a folder"):
+        assert run(2.0, disk=8) == [[0.0, 2.0, 4.0], 0, 1]
 
 
 def imports(module):
