@@ -22,7 +22,7 @@ INTERRUPTED, PIPE_CLOSED = 130, 141
 """Statuses of a shell for programs that SIGINT and SIGPIPE end."""
 
 _SURROUNDINGS = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EACCES, errno.EPERM, errno.EIO}
-"""Errors of the operating system that no program can mend: space, rights and devices."""
+"""Errors of the operating system beyond a program: space, rights and devices."""
 
 
 def run_program(main: Callable[[Config], None], config: type[Config], description: str | None) -> None:
