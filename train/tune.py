@@ -14,6 +14,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import sys
+from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,9 +23,9 @@ from tqdm import tqdm
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.evaluation.metrics import summarize
-from ftac_gym.evaluation.tuning import Study, store, tune
+from ftac_gym.evaluation.tuning import store, tune
 from ftac_gym.evaluation.tuning_objective import Search, fly
-from ftac_gym.utils.console import command_line, commit, exit_on, run_program
+from ftac_gym.utils.console import command_line, commit, exit_on, one_line_warnings, run_program
 from ftac_gym.utils.parameters import require
 
 
@@ -67,17 +69,23 @@ def search_of(config: Config) -> Search:
     return Search(config.baseline, scenario, config.episodes, config.seed, config.sampler_seed)
 
 
+def written(line: str) -> None:
+    """Print a line above the bar."""
+    tqdm.write(line, file=sys.stderr)
+
+
 def main(config: Config) -> None:
     """Search and report."""
     # Read at the start: the working tree may change while the search runs.
     commit_id = commit(Path(__file__).parent)
     folder = config.folder if config.folder is not None else Path("runs/tuning") / config.baseline
-    with exit_on(ValueError):
+    with exit_on(ValueError), exit_on(BrokenExecutor, prefix="not finished: "), one_line_warnings(written):
         search = search_of(config)
-        done = len(Study(search, folder).trials)
-        with tqdm(total=config.trials, initial=done, desc=f"tuning {config.baseline}", unit="trial") as bar:
+        with tqdm(total=config.trials, desc=f"tuning {config.baseline}", unit="trial") as bar:
 
             def progress(done: int, best: float) -> None:
+                if not bar.n:  # Those of an earlier call tell nothing about the speed.
+                    bar.initial = bar.n = done
                 bar.set_postfix(mean_return=f"{best:.3f}", refresh=False)
                 bar.update(done - bar.n)
 

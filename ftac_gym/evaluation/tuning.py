@@ -10,11 +10,10 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import nullcontext
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from functools import partial
 from importlib.metadata import version
 from multiprocessing import get_context
@@ -27,92 +26,15 @@ from cmaes import CMA
 import ftac_gym
 from ftac_gym.baselines import tuned
 from ftac_gym.evaluation.tuning_objective import FAILED, Search, mean_return
+from ftac_gym.evaluation.tuning_study import JOURNAL, Study, Trial
+from ftac_gym.utils.files import locked, write_text
 from ftac_gym.utils.parameters import require
 from ftac_gym.utils.processes import end_with_parent
 
-JOURNAL = "trials.jsonl"
-"""File of a study in its folder."""
+__all__ = ["JOURNAL", "Result", "Study", "Trial", "store", "tune"]
+
 SPREAD = 1.0 / 6.0
 """Initial standard deviation of CMA-ES, as a share of each range; its initial mean is the middle."""
-
-
-@dataclass(frozen=True)
-class Trial:
-    """Gains that were flown, and their mean return; minus infinity if they could not be flown."""
-
-    gains: dict[str, Any]
-    mean_return: float
-
-
-class Study:
-    """Finished trials of a search in a folder, as JSON lines: the setting, then one line for each trial.
-
-    Parameters
-    ----------
-    search
-        Subject of the study.
-    folder
-        Its folder; a new one is created.
-
-    Attributes
-    ----------
-    trials
-        Finished trials in their order.
-
-    Raises
-    ------
-    ValueError
-        If the study in the folder has another setting, which the message names, or its journal is damaged.
-    """
-
-    def __init__(self, search: Search, folder: Path) -> None:
-        self._path = folder / JOURNAL
-        folder.mkdir(parents=True, exist_ok=True)
-        self._path.touch()
-        # A process that was killed may have left the last line incomplete: its trial is flown again.
-        *lines, torn = self._path.read_bytes().split(b"\n")
-        self._size = sum(len(line) + 1 for line in lines)
-        now = json.loads(json.dumps(search.setting))
-        try:
-            records = json.loads(b"[" + b",\n".join(lines) + b"]")
-            then = dict(records[0]) if records else now
-            self.trials = [Trial(**record) for record in records[1:]]
-        except (TypeError, ValueError) as error:
-            raise ValueError(f"folder must hold a journal of trials in JSON lines, got {self._path}: {error}") from None
-        different = [
-            name if isinstance(value, dict) or name == "scenario" else f"{name} ({then.get(name)!r}, now {value!r})"
-            for name, value in now.items()
-            if then.get(name) != value
-        ]
-        rule = f"must hold a study of the same setting; this one differs in {', '.join(different)}"
-        require(not different, "folder", rule, str(folder))
-        if torn:
-            os.truncate(self._path, self._size)
-        if not records:
-            self._write(now)
-
-    @property
-    def best(self) -> Trial:
-        """The first trial with the largest mean return."""
-        return max(self.trials, key=lambda trial: trial.mean_return, default=Trial({}, FAILED))
-
-    def add(self, trial: Trial) -> None:
-        """Append a finished trial.
-
-        Raises
-        ------
-        ValueError
-            If another process has written to the journal.
-        """
-        self._write(asdict(trial))
-        self.trials.append(trial)
-
-    def _write(self, record: Mapping[str, Any]) -> None:
-        line = json.dumps(record).encode() + b"\n"
-        rule = "must be used by one process at a time; another one has written to its journal"
-        require(self._path.stat().st_size == self._size, "folder", rule, str(self._path.parent))
-        with self._path.open("ab") as file:
-            self._size += file.write(line)
 
 
 @dataclass(frozen=True)
@@ -163,11 +85,20 @@ def tune(
     Raises
     ------
     ValueError
-        If a number is not positive, the folder holds another study, another process writes to it, or none of the gains
-        could be flown.
+        If a number is not positive, another process uses the folder, it holds another study, or none of the gains could
+        be flown.
+    OSError
+        If the journal cannot be written, for example to a full disk. All finished trials are in it.
     """
     require(trials > 0, "trials", "must be positive", trials)
     require(workers > 0, "workers", "must be positive", workers)
+    with locked(folder):
+        return _tune(search, folder, trials, workers, progress)
+
+
+def _tune(
+    search: Search, folder: Path, trials: int, workers: int, progress: Callable[[int, float], None] | None
+) -> Result:
     study, size, dimensions = Study(search, folder), search.population, len(search.space)
     bounds = np.tile([0.0, 1.0], (dimensions, 1))
     optimizer = CMA(np.full(dimensions, 0.5), SPREAD, bounds, seed=search.sampler_seed, population_size=size)
@@ -183,8 +114,11 @@ def tune(
         rule = "must hold the gains that this version of cmaes and of the baseline asks for; tune in a new folder"
         require(same, "folder", rule, str(folder))
         missing = gains[len(stored) : max(trials - first, 0)]
-        for item, value in zip(missing, mapping(partial(mean_return, search), missing), strict=True):
-            study.add(Trial(item, value))
+        recovered = [study.recover(item) for item in missing]
+        unknown = [item for item, value in zip(missing, recovered, strict=True) if value is None]
+        flown = iter(mapping(partial(mean_return, search), unknown))
+        for item, value in zip(missing, recovered, strict=True):
+            study.add(Trial(item, next(flown) if value is None else value))
             report()
         return [trial.mean_return for trial in study.trials[first : first + len(gains)]]
 
@@ -243,8 +177,5 @@ def store(result: Result, command: str, commit: str | None, fresh: Mapping[str, 
         "fresh_mean_return": dict(fresh),
     }
     path = Path(str(tuned.FOLDER)) / f"{search.baseline}.json"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial_file = path.with_suffix(".partial")
-    partial_file.write_text(json.dumps({"gains": result.gains, "provenance": provenance}, indent=2) + "\n")
-    partial_file.replace(path)
+    write_text(path, json.dumps({"gains": result.gains, "provenance": provenance}, indent=2) + "\n")
     return path

@@ -6,6 +6,7 @@ import os
 import shlex
 import subprocess
 import sys
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -81,6 +82,22 @@ def exit_on(*errors: type[Exception], prefix: str = "--") -> Iterator[None]:
         yield
     except errors as error:
         raise SystemExit(f"{prefix}{error}") from None
+
+
+@contextmanager
+def one_line_warnings(write: Callable[[str], Any]) -> Iterator[None]:
+    """Hand this package's warnings to a function that prints a line, without their place in the code."""
+    with warnings.catch_warnings():
+        usual = warnings.showwarning
+
+        def show(message: Any, category: type[Warning], *place: Any, **more: Any) -> None:
+            if category is UserWarning:
+                write(f"warning: {message}")
+            else:
+                usual(message, category, *place, **more)
+
+        warnings.showwarning = show
+        yield
 
 
 def command_line(script: str, config: Any, always: Sequence[str] = (), never: Sequence[str] = ()) -> str:
