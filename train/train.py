@@ -36,12 +36,15 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 import ftac_gym
 from ftac_gym import scenarios
-from ftac_gym.agents.agent import CARD_FILE, MODEL_FILE, NORMALIZER_FILE, Agent, Interface, load_model
+from ftac_gym.agents.agent import Agent
+from ftac_gym.agents.conversion import load_model
+from ftac_gym.agents.interface import Interface
+from ftac_gym.agents.storage import read_card
 from ftac_gym.evaluation import rollout
 from ftac_gym.evaluation.metrics import summarize
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.training.algorithms import build, has_base, resumed_kind
-from ftac_gym.training.callbacks import Schedule, TrainingCallback, checkpoints
+from ftac_gym.training.callbacks import MODEL_FILE, NORMALIZER_FILE, Schedule, TrainingCallback, checkpoints
 from ftac_gym.training.hyperparameters import (
     Hyperparameters,
     parse_assignments,
@@ -177,11 +180,9 @@ def evaluator(config: Config, parameters: Hyperparameters) -> Callable[[Agent], 
     return evaluate
 
 
-def card(config: Config, parameters: Hyperparameters, steps: int, seconds: float) -> dict[str, Any]:
-    """Return the interface and the provenance of an agent."""
+def card(config: Config, steps: int, seconds: float) -> dict[str, Any]:
+    """Return the provenance of an agent."""
     return {
-        "interface": dataclasses.asdict(parameters.interface),
-        "normalized": parameters.normalize,
         "environment": config.env_id,
         "algorithm": config.algo,
         "command": command_line("train/train.py", config, never=("resume", "seeds")),
@@ -224,7 +225,7 @@ def restored(config: Config, parameters: Hyperparameters, env: SB3VecEnv) -> tup
     if isinstance(model, OffPolicyAlgorithm):
         # The buffer is not saved: the present policy fills a new one before learning continues.
         model.learning_starts += model.num_timesteps
-    return model, float(json.loads((checkpoint / CARD_FILE).read_text())["training_seconds"])
+    return model, float(read_card(checkpoint)["training_seconds"])
 
 
 def train(config: Config) -> None:
@@ -263,11 +264,11 @@ def train(config: Config) -> None:
     if remaining > 0:
         callback = TrainingCallback(
             folder, evaluator(config, parameters), parameters.interface, schedule,
-            lambda steps: card(config, parameters, steps, seconds + time.monotonic() - started),
+            lambda steps: card(config, steps, seconds + time.monotonic() - started),
         )  # fmt: skip
         callbacks = CallbackList([callback, ProgressBarCallback()])
         model.learn(remaining, callback=callbacks, reset_num_timesteps=False, tb_log_name=config.algo)
-    best = json.loads((folder / "agent" / CARD_FILE).read_text())
+    best = read_card(folder / "agent")
     print(f"the best agent on the evaluation episodes, after {best['steps']} steps, is in {folder / 'agent'}")
 
 

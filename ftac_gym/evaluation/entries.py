@@ -1,6 +1,5 @@
 """Entries of a benchmark: baselines with default and tuned gains, and agents over their training seeds."""
 
-import json
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
@@ -8,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from ftac_gym import baselines
-from ftac_gym.agents.agent import CARD_FILE, Agent
+from ftac_gym.agents.agent import Agent
 from ftac_gym.agents.shipped import agent_folders, training_curve
+from ftac_gym.agents.storage import read_card
 from ftac_gym.baselines import tuned
 from ftac_gym.baselines.custom import label
 from ftac_gym.policies import DeferredBaseline, Policy, PolicyRunner, resolve
@@ -168,14 +168,13 @@ def _agent(path: Path) -> Entry:
     agents = [Agent.load(folder) for folder in folders]
     same = all(agent.interface == agents[0].interface for agent in agents)
     require(same, "agent", "must have seeds of one design: one interface in all cards", str(path))
-    cards = [folder / CARD_FILE for folder in folders]
     curves = [tuple(training_curve(folder)) for folder in folders]
     return Entry(
-        name=path.resolve().parent.name if path.name == "agent" else path.stem if path.is_file() else path.name,
+        name=path.resolve().parent.name if path.name == "agent" else path.name,
         policies=tuple(str(folder.resolve()) for folder in folders),
         tier=agents[0].information,
         kind="agent",
         gains="",
-        provenance={"cards": [json.loads(card.read_text()) for card in cards if card.is_file()]},
+        provenance={"cards": [read_card(folder) for folder in folders]},
         curves=tuple(curve for curve in curves if curve),
     )

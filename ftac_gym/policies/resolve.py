@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from ftac_gym import baselines
-from ftac_gym.agents.agent import Agent, Interface
+from ftac_gym.agents.agent import Agent
 from ftac_gym.agents.shipped import SHIPPED, best_agent, designs
 from ftac_gym.policies.policy import DeferredBaseline, DirectPolicy, Policy
 from ftac_gym.utils.parameters import require
@@ -27,7 +27,7 @@ def resolve(policy: Any, scenario: str = "flagship", gains: str = "default") -> 
         - a baseline's name, or ``"NAME tuned"`` for its tuned gains;
         - a subclass of :class:`~ftac_gym.baselines.Baseline`, or its path as ``"module:Class"``;
         - ``"agent"`` or the name of another shipped agent;
-        - the path of an agent: its folder, the folder of its run, or a Stable-Baselines3 zip;
+        - the path of an agent: its folder, or the folder of its run;
         - the path of a folder with one agent for each training seed, for the best in its own evaluations;
         - a Stable-Baselines3 model, which acts directly, in the attitude tier;
         - an object with Stable-Baselines3's ``predict``, and the tier of its observation as ``tier`` if that is not
@@ -56,7 +56,7 @@ def resolve(policy: Any, scenario: str = "flagship", gains: str = "default") -> 
     if all(hasattr(policy, name) for name in ("attach", "predict", "tier")):
         return policy
     if hasattr(policy, "get_vec_normalize_env"):
-        return Agent(policy, policy.get_vec_normalize_env(), Interface())
+        return Agent.of(policy)
     attached = isinstance(policy, (type, baselines.BaselinePolicy))
     acts = not attached and (hasattr(policy, "predict") or callable(policy))
     rule = "must be a name, a path, an Agent or a Baseline class (not an instance), a model, an object with predict, "

@@ -13,7 +13,7 @@ from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
-from ftac_gym.agents.agent import ON_BASE, Interface
+from ftac_gym.agents.interface import ON_BASE, Interface
 from ftac_gym.training.hyperparameters import ALGORITHMS, Hyperparameters
 from ftac_gym.training.networks import PrivilegedCriticPolicy
 from ftac_gym.utils.parameters import require

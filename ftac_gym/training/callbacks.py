@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 import math
 import re
 import shutil
@@ -16,8 +15,10 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
-from ftac_gym.agents.agent import CARD_FILE, MODEL_FILE, NORMALIZER_FILE, Agent, Interface
+from ftac_gym.agents.agent import Agent
+from ftac_gym.agents.interface import Interface
 from ftac_gym.agents.shipped import EVALUATIONS_FILE, evaluations
+from ftac_gym.agents.storage import CARD_FILE, amend_card
 from ftac_gym.scenarios import frozen
 from ftac_gym.training.algorithms import let_actor_learn
 from ftac_gym.utils.parameters import require
@@ -66,23 +67,21 @@ class Schedule:
         return self.severity_start + (1.0 - self.severity_start) * share
 
 
-def save_agent(folder: Path, model: BaseAlgorithm, card: dict[str, Any]) -> None:
-    """Write model, normaliser and card; the folder appears complete or not at all."""
+MODEL_FILE, NORMALIZER_FILE = "model.zip", "normalizer.pkl"
+"""Files of a checkpoint, beside those of its agent, from which training goes on."""
+
+
+def save_checkpoint(folder: Path, model: BaseAlgorithm, interface: Interface, card: Mapping[str, Any]) -> None:
+    """Write agent, model and normaliser; the folder appears complete or not at all."""
     partial = folder.with_name(folder.name + ".partial")
     shutil.rmtree(partial, ignore_errors=True)
-    partial.mkdir(parents=True)
+    Agent.of(model, interface).save(partial, **card)
     model.save(partial / MODEL_FILE)
     normalizer = model.get_vec_normalize_env()
     if normalizer is not None:
         normalizer.save(str(partial / NORMALIZER_FILE))
-    (partial / CARD_FILE).write_text(json.dumps(card, indent=2) + "\n")
-    # The old folder is removed after the new one is complete: a kill in between leaves one of them.
-    old = folder.with_name(folder.name + ".old")
-    shutil.rmtree(old, ignore_errors=True)
-    if folder.exists():
-        folder.rename(old)
+    shutil.rmtree(folder, ignore_errors=True)
     partial.rename(folder)
-    shutil.rmtree(old, ignore_errors=True)
 
 
 class TrainingCallback(BaseCallback):
@@ -103,8 +102,8 @@ class TrainingCallback(BaseCallback):
     schedule
         Schedule of the run.
     card
-        Function that returns the card of an agent for a number of steps, with these as ``steps`` and the time so far
-        as ``training_seconds``.
+        Function that returns the origin of an agent for a number of steps, with these as ``steps`` and the time so
+        far as ``training_seconds``, for its card.
     """
 
     def __init__(
@@ -146,33 +145,35 @@ class TrainingCallback(BaseCallback):
         if steps // schedule.evaluate_every > self._last_steps // schedule.evaluate_every:
             self._log_evaluation()
         if steps // schedule.checkpoint_every > self._last_steps // schedule.checkpoint_every:
-            self._save(f"checkpoints/{steps:010d}")
+            self._save_checkpoint()
         self._last_steps = steps
 
     def _on_training_end(self) -> None:
         steps = self.model.num_timesteps
         self._log_evaluation()
-        self._save(f"checkpoints/{steps:010d}")
+        self._save_checkpoint()
         # The cost of the best agent is the whole run, not the part before it was the best.
-        path, whole = self._folder / "agent" / CARD_FILE, self._card(steps)
-        card = json.loads(path.read_text()) | {"run_steps": steps, "run_seconds": whole["training_seconds"]}
-        path.write_text(json.dumps(card, indent=2) + "\n")
+        whole = self._card(steps)
+        amend_card(self._folder / "agent", {"run_steps": steps, "run_seconds": whole["training_seconds"]})
 
     def _on_step(self) -> bool:
         return True
 
-    def _save(self, name: str) -> None:
-        save_agent(self._folder / name, self.model, self._card(self.model.num_timesteps))
+    def _save_checkpoint(self) -> None:
+        steps = self.model.num_timesteps
+        folder = self._folder / "checkpoints" / f"{steps:010d}"
+        save_checkpoint(folder, self.model, self._interface, self._card(steps))
 
     def _log_evaluation(self) -> None:
         """Evaluate the agent, append the metrics to the run's table, and save the agent if it is the best so far."""
-        metrics = self._evaluate(Agent(self.model, self.model.get_vec_normalize_env(), self._interface))
+        agent = Agent.of(self.model, self._interface)
+        metrics = self._evaluate(agent)
         for name, value in metrics.items():
             self.logger.record(f"evaluation/{name}", value)
         # The first agent is saved even if no evaluation episode was feasible.
-        if metrics["mean_return"] > self._best or not (self._folder / "agent").exists():
+        if metrics["mean_return"] > self._best or not (self._folder / "agent" / CARD_FILE).exists():
             self._best = max(self._best, metrics["mean_return"])
-            self._save("agent")
+            agent.save(self._folder / "agent", **self._card(self.model.num_timesteps))
         row = {"steps": self.model.num_timesteps, **metrics}
         with (self._folder / EVALUATIONS_FILE).open("a", newline="") as file:
             writer = csv.DictWriter(file, fieldnames=list(row))

@@ -12,7 +12,7 @@ import yaml
 from stable_baselines3.common.utils import LinearSchedule
 
 from ftac_gym import baselines
-from ftac_gym.agents.agent import WRAPPERS, Interface, base_of
+from ftac_gym.agents.interface import WRAPPERS, Interface, base_of
 from ftac_gym.baselines.gains import merged, nested
 from ftac_gym.utils.parameters import require
 

@@ -11,10 +11,10 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import DummyVecEnv
 
 from ftac_gym import scenarios
-from ftac_gym.agents.agent import Agent, Interface
+from ftac_gym.agents.agent import Agent
+from ftac_gym.agents.interface import Interface
 from ftac_gym.evaluation import rollout
 from ftac_gym.training.algorithms import start_as_base
-from ftac_gym.training.callbacks import save_agent
 
 
 @pytest.mark.parametrize(
@@ -69,10 +69,9 @@ def test_bad_interfaces(arguments, message):
 
 
 class Counter:
-    """Stands for a recurrent model: its memory counts its decisions since the start, and is its action."""
+    """Stands for a recurrent network: its memory counts its decisions since the start, and is its action."""
 
     observation_space = gym.spaces.Box(-1.0, 1.0, (5,))
-    policy = None
 
     def predict(self, observation, state=None, episode_start=None, deterministic=True):
         count = np.zeros((1, len(observation), 1)) if state is None else state[0]
@@ -120,7 +119,7 @@ def test_an_agent_on_a_custom_base_flies_again_and_has_no_fingerprint(tmp_path):
         env = DummyVecEnv([lambda interface=interface: interface.wrap(gym.make("SpacecraftFTC-v0", duration=5.0))])
         model = PPO("MlpPolicy", env, device="cpu")
         start_as_base(model)
-        save_agent(tmp_path / name, model, {"interface": asdict(interface)})
+        Agent.of(model, interface).save(tmp_path / name)
     agent = Agent.load(tmp_path / "own")
     assert agent.fingerprint is None and Agent.load(tmp_path / "known").fingerprint is not None
     task = scenarios.get("flagship").replace(duration=5.0)

@@ -1,13 +1,12 @@
 """The agents that come with the package: they load, they fly, and they are worth having."""
 
-import json
-
 import numpy as np
 import pytest
 
 from ftac_gym import scenarios
-from ftac_gym.agents.agent import CARD_FILE, Agent
+from ftac_gym.agents.agent import Agent
 from ftac_gym.agents.shipped import SHIPPED, best_agent, designs, evaluations, seeds
+from ftac_gym.agents.storage import read_card
 from ftac_gym.evaluation import rollout
 from ftac_gym.policies.resolve import agent_path
 
@@ -32,7 +31,7 @@ def test_what_is_shipped():
 
 @pytest.mark.parametrize("folder", ALL)
 def test_the_card_tells_how_it_was_made(folder):
-    card = json.loads((folder / CARD_FILE).read_text())
+    card = read_card(folder)
     assert card["command"].startswith("python train/train.py")
     assert " /" not in card["command"]  # no path of the machine
     assert len(card["commit"]) >= 12

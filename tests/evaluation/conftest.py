@@ -4,7 +4,7 @@ import pytest
 from helpers.short_benchmarks import BASELINES, FLAGSHIP
 from helpers.untrained_agents import write_agent, write_curve
 
-from ftac_gym.agents.agent import Interface
+from ftac_gym.agents.interface import Interface
 from ftac_gym.evaluation.benchmark import entries_of
 
 

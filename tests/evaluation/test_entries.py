@@ -6,7 +6,7 @@ from helpers.short_benchmarks import FLAGSHIP, SEVERE
 from helpers.untrained_agents import write_agent
 
 from ftac_gym import baselines, scenarios
-from ftac_gym.agents.agent import Interface
+from ftac_gym.agents.interface import Interface
 from ftac_gym.evaluation.benchmark import entries_of
 
 
@@ -80,8 +80,8 @@ def test_agents_that_are_refused(tmp_path):
     with pytest.raises(ValueError, match=r"folders of different names, got \['seed_0', 'seed_0'\]"):
         entries_of(same, FLAGSHIP)
     (tmp_path / "empty").mkdir()
-    with pytest.raises(ValueError, match=r"agent must be a folder with model.zip"):
+    with pytest.raises(ValueError, match=r"agent must be a folder with card.json"):
         entries_of([str(tmp_path / "empty")], FLAGSHIP)
-    (tmp_path / "other" / "seed_0" / "normalizer.pkl").unlink()
-    with pytest.raises(ValueError, match=r"agent must have normalizer.pkl beside it.*copy it"):
+    next((tmp_path / "other" / "seed_0").glob("*.safetensors")).unlink()
+    with pytest.raises(ValueError, match=r"safetensors cannot be read: .*; restore the whole folder"):
         entries_of(same[1:], FLAGSHIP)

@@ -8,7 +8,7 @@ from helpers.short_benchmarks import EPISODES, FLAGSHIP, entry_of
 from helpers.untrained_agents import write_agent
 
 from ftac_gym import baselines
-from ftac_gym.agents.agent import Interface
+from ftac_gym.agents.interface import Interface
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.evaluation.benchmark import entries_of, fly
 from ftac_gym.evaluation.timing import step_cost

@@ -1,14 +1,13 @@
 """Agents without training, for tests of how agents are stored, found and flown."""
 
 import csv
-import dataclasses
 
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
 
-from ftac_gym.agents.agent import Interface
+from ftac_gym.agents.agent import Agent
+from ftac_gym.agents.interface import Interface
 from ftac_gym.envs import SpacecraftFTCVectorEnv
-from ftac_gym.training.callbacks import save_agent
 from ftac_gym.wrappers import SB3VecEnv
 
 
@@ -19,7 +18,7 @@ def write_agent(folder, interface=Interface(), seed=0, scenario="flagship"):  # 
     )
     env = VecNormalize(SB3VecEnv(interface.wrap(native), interface.hold))
     model = PPO("MlpPolicy", env, n_steps=8, batch_size=16, policy_kwargs={"net_arch": [8]}, seed=seed, device="cpu")
-    save_agent(folder, model, {"interface": dataclasses.asdict(interface), "normalized": True, "seed": seed})
+    Agent.of(model, interface).save(folder, seed=seed)
     return folder
 
 

@@ -77,7 +77,7 @@ def test_paths_of_agents(tmp_path):
     seed = seeds(SHIPPED / "flagship_residual")[0]
     expected = Agent.load(seed).fingerprint
     shutil.copytree(seed, tmp_path / "run" / "agent")
-    for path in (seed, str(seed), seed / "model.zip", tmp_path / "run", tmp_path / "run" / "agent"):
+    for path in (seed, str(seed), tmp_path / "run", tmp_path / "run" / "agent"):
         assert resolve(path).fingerprint == expected
     best = resolve(SHIPPED / "flagship_residual")
     assert best.fingerprint == resolve("agent").fingerprint
@@ -108,9 +108,8 @@ def test_an_object_with_predict_may_name_its_tier():
 def test_a_live_model_flies_with_its_normaliser(tmp_path):
     env = VecNormalize(DummyVecEnv([lambda: gym.make("SpacecraftFTC-v0", duration=3.0)]))
     model = PPO("MlpPolicy", env, n_steps=16, batch_size=16, n_epochs=1, seed=0, device="cpu").learn(32)
-    model.save(tmp_path / "model.zip")
-    env.save(str(tmp_path / "normalizer.pkl"))
-    live, stored = (rollout(SHORT, policy, seed=1, count=2) for policy in (model, tmp_path / "model.zip"))
+    Agent.of(model).save(tmp_path)
+    live, stored = (rollout(SHORT, policy, seed=1, count=2) for policy in (model, tmp_path))
     np.testing.assert_array_equal(live.command, stored.command)
     with pytest.raises(ValueError, match="agent must have been trained on observations of"):
         rollout("flexible", PPO("MlpPolicy", "Pendulum-v1", device="cpu"))

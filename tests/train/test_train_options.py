@@ -26,7 +26,8 @@ def test_every_algorithm_trains_resumes_and_flies(algorithm, tmp_path):
     again = run("train.py", *arguments, "--total-steps", 512, "--resume", folder=tmp_path)
     assert again.returncode == 0, again.stderr
     agent = Agent.load(tmp_path / "run" / "agent")
-    assert type(agent.model).__name__.lower() == algorithm.replace("_", "")
+    policies = {"recurrent_ppo": "RecurrentActorCriticPolicy", "sac": "SACPolicy", "tqc": "TQCPolicy"}
+    assert type(agent.policy).__name__ == policies[algorithm]
     episodes = SHORT.draw(1, 3)
     history = rollout(SHORT, agent, episodes)
     assert np.isfinite(history.command).all()
@@ -61,7 +62,7 @@ def test_several_seeds(tmp_path):
     agents = [tmp_path / "runs" / f"seed_{seed}" / "agent" for seed in (3, 4)]
     assert [json.loads((path / "card.json").read_text())["seed"] for path in agents] == [3, 4]
     assert "--seed 4" in json.loads((agents[1] / "card.json").read_text())["command"]
-    weights = [Agent.load(path).model.policy.state_dict()["mlp_extractor.value_net.0.weight"] for path in agents]
+    weights = [Agent.load(path).policy.state_dict()["mlp_extractor.value_net.0.weight"] for path in agents]
     assert (weights[0] != weights[1]).any()
 
 

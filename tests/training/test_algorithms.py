@@ -6,7 +6,8 @@ import pytest
 import torch
 from stable_baselines3.common.vec_env import VecNormalize
 
-from ftac_gym.agents.agent import Agent, Interface, load_model
+from ftac_gym.agents.agent import Agent
+from ftac_gym.agents.interface import Interface
 from ftac_gym.training.algorithms import BASE_NOISE, build, let_actor_learn
 from ftac_gym.training.callbacks import Schedule
 from ftac_gym.training.hyperparameters import ALGORITHMS, Hyperparameters
@@ -80,12 +81,12 @@ def test_a_critic_that_sees_the_faults_leaves_the_actor_blind_to_them(tmp_path):
     np.testing.assert_array_equal(*actions)
     assert (values[0] != values[1]).all()
     # In flight the actor has its own part alone, and gives the same action; from disk too.
-    model.save(tmp_path / "model.zip")
-    model.get_vec_normalize_env().save(str(tmp_path / "normalizer.pkl"))
+    agent = Agent.of(model, interface)
+    agent.save(tmp_path)
     normalizer = model.get_vec_normalize_env()
     expected, _ = model.predict(normalizer.normalize_obs(one), deterministic=True)
-    for loaded in (model, load_model(tmp_path / "model.zip")):
-        action, _ = Agent(loaded, normalizer, interface).predict(one[:, :size])
+    for flown in (agent, Agent.load(tmp_path)):
+        action, _ = flown.predict(one[:, :size])
         np.testing.assert_array_equal(action, expected)
 
 

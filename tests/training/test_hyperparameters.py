@@ -7,7 +7,7 @@ import pytest
 from stable_baselines3.common.utils import LinearSchedule
 
 from ftac_gym import baselines
-from ftac_gym.agents.agent import Interface
+from ftac_gym.agents.interface import Interface
 from ftac_gym.training.hyperparameters import (
     ALGORITHMS,
     parse_assignments,

@@ -4,7 +4,8 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from ftac_gym.agents.agent import Agent, Interface
+from ftac_gym.agents.agent import Agent
+from ftac_gym.agents.interface import Interface
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.wrappers import SB3VecEnv
 

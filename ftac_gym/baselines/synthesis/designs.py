@@ -32,6 +32,13 @@ from ftac_gym.utils.parameters import FloatArray, require
 DESIGNS = ("published", "solved")
 
 _FOLDER = resources.files("ftac_gym.baselines.synthesis")
+_PUBLISHED = "li_2023_published.json"
+
+
+def stored_files() -> dict[str, bytes]:
+    """Return the contents of the files of published and solved gains by name: who uses gains depends on them."""
+    solved_files = {file.name: file.read_bytes() for file in _FOLDER.joinpath("stored").iterdir()}
+    return {_PUBLISHED: _FOLDER.joinpath(_PUBLISHED).read_bytes(), **dict(sorted(solved_files.items()))}
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +52,7 @@ class DesignGains:
 @cache
 def published() -> DesignGains:
     """Return the gains of the appendix (A.1), (A.2) of Li et al. 2023, with theta F_2 and theta G_2 of Eq. (68)."""
-    data = json.loads(_FOLDER.joinpath("li_2023_published.json").read_text())
+    data = json.loads(_FOLDER.joinpath(_PUBLISHED).read_text())
     observer = ObserverGains(
         **{name: np.array(part) for name, part in data["observer"].items()},
         fault_proportional=default_fault_proportional(),

@@ -1,0 +1,136 @@
+"""Conversion of agents that are stored as pickles. It alone reads pickles, which run code of their author."""
+
+from __future__ import annotations
+
+import pickle
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ftac_gym.agents.agent import Agent
+from ftac_gym.agents.interface import Interface
+from ftac_gym.agents.normalizer import Normalizer
+from ftac_gym.agents.shipped import EVALUATIONS_FILE, agent_folders
+from ftac_gym.agents.storage import CARD_FILE
+from ftac_gym.utils.files import reading
+from ftac_gym.utils.parameters import require
+from ftac_gym.utils.serialization import parse_json
+
+if TYPE_CHECKING:
+    from stable_baselines3.common.base_class import BaseAlgorithm
+
+MODEL_FILE = "model.zip"
+"""File of the model in the folder of an old agent."""
+
+NORMALIZER_FILES = ("normalizer.pkl", "vecnormalize.pkl")
+"""Files of a ``VecNormalize``: of old agents, and of RL Baselines3 Zoo."""
+
+_TRIALS = 1000
+"""Random observations to which old and new agent must give the same actions."""
+
+
+def convert(old: Path, new: Path) -> dict[Path, bool]:
+    """Write agents that are stored as pickles as data, and check that they act alike. This runs code of the old files.
+
+    Parameters
+    ----------
+    old
+        The folder of an agent with ``model.zip``; a folder of such with one for each training seed (``seed_*``); the
+        folder of a run; or a zip of Stable-Baselines3. The normaliser is ``normalizer.pkl`` or ``vecnormalize.pkl``
+        beside the zip, or in a folder of its name. Without a card the agent acts directly, in the attitude tier.
+    new
+        Folder for the agents, in the order of the old ones, with the tables of their evaluations.
+
+    Returns
+    -------
+    The folders of the new agents, each with whether it has a normaliser.
+
+    Raises
+    ------
+    ValueError
+        If there is no such agent, its files cannot be read, the new folder holds one already, or a network cannot be
+        written as data.
+    """
+    require(old.exists(), "old", "must be a folder or a zip file", str(old))
+    found = {}
+    for source in agent_folders(old):
+        target = new if source == old else new / source.relative_to(old)
+        require(not (target / CARD_FILE).exists(), "new", "must not hold an agent yet", str(target))
+        found[target] = _convert(source if source.is_file() else source / MODEL_FILE, target)
+        for folder, place in ((source, target), (source.parent, target.parent)):
+            if (folder / EVALUATIONS_FILE).is_file() and (folder == source or source.name == "agent"):
+                shutil.copyfile(folder / EVALUATIONS_FILE, place / EVALUATIONS_FILE)
+    return found
+
+
+def _convert(path: Path, target: Path) -> bool:
+    """Write the agent of one zip, and return whether it has a normaliser."""
+    require(path.is_file(), "old", f"must have {MODEL_FILE}", str(path.parent))
+    card: dict[str, Any] = {"interface": {}}
+    written = path.with_name(CARD_FILE)
+    with reading(written, "remove the card of another version to convert the network alone"):
+        if written.is_file():
+            card = parse_json(written.read_bytes())
+        interface = Interface(**card.pop("interface"))
+        normalized = card.pop("normalized", False)
+    places = [folder / name for folder in (path.parent, path.with_suffix("")) for name in NORMALIZER_FILES]
+    statistics = next((place for place in places if place.is_file()), None)
+    rule = f"must have {NORMALIZER_FILES[0]} beside it, as its card says: copy it from the folder of its training"
+    require(statistics is not None or not normalized, "old", rule, str(path))
+    with reading(path, "convert it with the versions of Python and Stable-Baselines3 that wrote it", Exception):
+        model = load_model(path)
+    normalizer = None
+    if statistics is not None:
+        with reading(statistics, "convert it with the version of Stable-Baselines3 that wrote it", Exception):
+            normalizer = Normalizer.of(pickle.loads(statistics.read_bytes()))
+    agent = Agent(model.policy, normalizer, interface)
+    agent.save(target, **card)
+    size = agent.policy.observation_space.shape
+    assert size is not None
+    observations = np.random.default_rng(0).normal(0.0, 2.0, (_TRIALS, *size)).astype(np.float32)
+    (actions, _), (again, _) = (item.predict(observations) for item in (agent, Agent.load(target)))
+    assert np.array_equal(actions, again), "the new agent acts unlike the old one"
+    return normalizer is not None
+
+
+def load_model(
+    path: Path,
+    env: Any = None,
+    kind: Callable[[type[BaseAlgorithm]], type[BaseAlgorithm]] | None = None,
+    **changes: Any,
+) -> BaseAlgorithm:
+    """Load a model of any algorithm that agents are trained with; the file names it. This runs code of the file.
+
+    Parameters
+    ----------
+    path
+        The zip file.
+    env
+        Environment for further training, or None.
+    kind
+        Function from the class of the algorithm to the one to build, or None for itself.
+    **changes
+        Objects to use instead of those in the file.
+
+    Raises
+    ------
+    ImportError
+        If the model is of sb3-contrib, which is not installed.
+    """
+    import stable_baselines3 as sb3
+    from stable_baselines3.common.save_util import load_from_zip_file
+
+    data, _, _ = load_from_zip_file(path, device="cpu", custom_objects=changes or None)
+    module = data["policy_class"].__module__ if data is not None else ""
+    kinds: dict[str, type[BaseAlgorithm]] = {"sac": sb3.SAC, "td3": sb3.TD3, "dqn": sb3.DQN}
+    if module.startswith("sb3_contrib"):
+        import sb3_contrib
+
+        kinds |= {"tqc": sb3_contrib.TQC, "recurrent": sb3_contrib.RecurrentPPO}
+    # PPO and A2C share their policies; for prediction it does not matter which of them trained.
+    algorithm = next((found for name, found in kinds.items() if f".{name}." in module), sb3.PPO)
+    built = algorithm if kind is None else kind(algorithm)
+    return built.load(path, env=env, device="cpu", custom_objects=changes or None)
