@@ -78,8 +78,8 @@ def write_agent(
 ) -> None:
     """Write an agent, in the place of an earlier one in the folder; other files stay.
 
-    The card is replaced last, in one step, and refers to its weights by their content: at any moment the folder holds
-    the earlier agent or this one, whole.
+    The card is replaced last, in one step, and names its weights by their content. At any moment the folder holds the
+    earlier agent or this one, whole.
 
     Parameters
     ----------
