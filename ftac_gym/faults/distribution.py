@@ -8,7 +8,7 @@ from ftac_gym.faults.fault import UNIFORMS_PER_FAULT, Fault, SensorFault, WheelF
 from ftac_gym.faults.registry import check_registered
 from ftac_gym.faults.table import FLIPS, DrawnFaults, no_faults, no_sensor_faults, scale_magnitudes
 from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.utils.parameters import FloatArray, Vector, finite, require
+from ftac_gym.utils.parameters import FloatArray, Vector, as_array, broken, finite, require
 from ftac_gym.utils.serialization import serializable
 
 _UNIFORMS_PER_SLOT = 2 + UNIFORMS_PER_FAULT
@@ -16,10 +16,13 @@ _UNIFORMS_PER_SLOT = 2 + UNIFORMS_PER_FAULT
 
 
 def _probabilities(values: tuple[float, ...], field: str) -> Vector:
-    array = np.asarray(values, dtype=float)
-    valid = array.ndim == 1 and array.size > 0 and bool(np.all(array >= 0.0)) and 0.0 < array.sum() < np.inf
-    require(valid, field, "must be non-negative weights with a positive sum", values)
-    total = float(array.sum())
+    array = as_array(values)
+    rule = "must be non-negative weights with a positive sum"
+    if array is None or array.ndim != 1:
+        raise broken(field, rule, values)
+    with np.errstate(over="ignore"):
+        total = float(array.sum())
+    require(bool(np.all(array >= 0.0)) and 0.0 < total < np.inf, field, rule, values)
     # Normalised values stay as they are, so that a round trip through JSON changes nothing.
     return tuple(float(value) for value in (array if abs(total - 1.0) < 1e-15 * array.size else array / total))
 
@@ -65,9 +68,9 @@ class FaultDistribution:
             check_registered(fault, "kinds")
             free = isinstance(fault, SensorFault) or (isinstance(fault, WheelFault) and fault.wheel is None)
             require(free, "kinds", "must leave wheel=None: the distribution chooses it", fault)
-        weights = self.weights if self.weights is not None else (1.0,) * len(self.kinds)
+        weights = _probabilities(self.weights if self.weights is not None else (1.0,) * len(self.kinds), "weights")
         require(len(weights) == len(self.kinds), "weights", f"must match the {len(self.kinds)} kinds", self.weights)
-        object.__setattr__(self, "weights", _probabilities(weights, "weights"))
+        object.__setattr__(self, "weights", weights)
         object.__setattr__(self, "fault_counts", _probabilities(self.fault_counts, "fault_counts"))
         object.__setattr__(self, "severity", finite(self.severity, "severity"))
         require(0.0 <= self.severity <= 1.0, "severity", "must be within [0, 1]", self.severity)

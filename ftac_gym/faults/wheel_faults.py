@@ -9,7 +9,7 @@ import numpy.typing as npt
 from ftac_gym.faults.fault import WheelFault, magnitude
 from ftac_gym.faults.table import LONGEST_DELAY, FaultKind
 from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.utils.parameters import FloatArray, Interval, bounds, draw, normalise, positive_interval, require
+from ftac_gym.utils.parameters import FloatArray, Interval, bounds, draw, flag, normalise, positive_interval, require
 from ftac_gym.utils.serialization import serializable
 
 DIRECTIONS = ("both", "forward", "backward", "either")
@@ -113,6 +113,11 @@ class Bias(WheelFault):
     phase: Interval = field(default=0.0, metadata=magnitude("bias_phase"))
     random_sign: bool = False
 
+    def __post_init__(self) -> None:
+        """Check and normalise the fields."""
+        super().__post_init__()
+        normalise(self, flag, "random_sign")
+
     def _fill(self, rows: npt.NDArray[np.void], uniform: FloatArray, torque_limit: FloatArray) -> None:
         if self.random_sign:
             for name in ("bias", "bias_slope", "bias_amplitude"):
@@ -161,6 +166,11 @@ class HardOver(WheelFault):
     fraction: Interval = field(default=1.0, metadata=magnitude("bias", low=-1.0, high=1.0))
     random_sign: bool = True
 
+    def __post_init__(self) -> None:
+        """Check and normalise the fields."""
+        super().__post_init__()
+        normalise(self, flag, "random_sign")
+
     def _fill(self, rows: npt.NDArray[np.void], uniform: FloatArray, torque_limit: FloatArray) -> None:
         _require_limits(torque_limit, "HardOver")
         if self.random_sign:
@@ -194,7 +204,8 @@ class FrictionRise(WheelFault):
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
         super().__post_init__()
-        require(self.direction in DIRECTIONS, "direction", f"must be one of {list(DIRECTIONS)}", self.direction)
+        known = isinstance(self.direction, str) and self.direction in DIRECTIONS
+        require(known, "direction", f"must be one of {list(DIRECTIONS)}", self.direction)
 
     def check(self, wheels: WheelArray) -> None:
         """Raise a ValueError unless every wheel that the fault can affect has dry friction, which can grow."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from ftac_gym.spacecraft.appendages import FlexibleAppendages
 from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.utils.parameters import FloatArray, Matrix, matrix, require, rows
+from ftac_gym.utils.parameters import FloatArray, Matrix, flag, matrix, normalise, require, rows
 from ftac_gym.utils.serialization import LATER_PART, serializable
 
 
@@ -41,6 +41,7 @@ class Spacecraft:
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
+        normalise(self, flag, "allow_unphysical_inertia")
         require(isinstance(self.wheels, WheelArray), "wheels", "must be a WheelArray", self.wheels)
         inertia = matrix(self.inertia, 3, 3, "inertia")
         require(bool(np.allclose(inertia, inertia.T, rtol=1e-9)), "inertia", "must be symmetric", self.inertia)

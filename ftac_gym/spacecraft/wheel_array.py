@@ -13,6 +13,7 @@ from ftac_gym.utils.parameters import (
     Matrix,
     Vector,
     each,
+    flag,
     matrix,
     normalise,
     optional,
@@ -86,6 +87,7 @@ class WheelArray:
         require(bool(np.all(np.abs(norms - 1.0) < 1e-6)), "axes", "must have columns of unit length", norms.tolist())
         count = axes.shape[1]
         object.__setattr__(self, "axes", rows(axes))
+        normalise(self, flag, "momentum_coupling")
         normalise(self, optional(lambda values, name: each(values, count, name, positive)), *_LIMITS)
         if isinstance(self.friction, (tuple, list)):
             given = len(self.friction)

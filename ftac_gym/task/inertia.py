@@ -5,7 +5,18 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.utils.parameters import FloatArray, Matrix, Vector, matrix, non_negative, normalise, require, rows, vector
+from ftac_gym.utils.parameters import (
+    FloatArray,
+    Matrix,
+    Vector,
+    flag,
+    matrix,
+    non_negative,
+    normalise,
+    require,
+    rows,
+    vector,
+)
 from ftac_gym.utils.serialization import serializable
 
 INERTIA = np.dtype(
@@ -52,6 +63,7 @@ class InertiaUncertainty:
             require(bool(np.allclose(offset, offset.T)), "offset", "must be symmetric", self.offset)
             object.__setattr__(self, "offset", rows(offset))
         normalise(self, lambda value, name: vector(value, 3, name), "amplitude", "frequency", "phase")
+        normalise(self, flag, "rate_torque")
 
     @property
     def uniform_count(self) -> int:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,7 @@ from ftac_gym.utils.parameters import (
     Vector,
     draw,
     interval,
+    is_number,
     non_negative,
     normalise,
     optional,
@@ -85,7 +87,7 @@ class InitialState:
         normalise(self, optional(lambda values, name: vector(values, 3, name)), "rate")
         normalise(self, non_negative, "max_rate")
         normalise(self, interval, "wheel_momentum")
-        normalise(self, optional(lambda values, name: vector(values, len(values), name)), "fixed_wheel_momentum")
+        normalise(self, optional(lambda values, name: vector(values, None, name)), "fixed_wheel_momentum")
         normalise(self, optional(_modal), *_MODAL)
 
     @classmethod
@@ -99,10 +101,9 @@ class InitialState:
 
         The momentum is one number for all wheels, or one per wheel.
         """
-        start = cls(attitude=tuple(attitude), rate=tuple(rate))
-        if isinstance(wheel_momentum, (int, float, np.number)):
-            return replace(start, wheel_momentum=float(wheel_momentum))
-        return replace(start, fixed_wheel_momentum=tuple(wheel_momentum))
+        momentum: Any = wheel_momentum
+        name = "wheel_momentum" if is_number(momentum) else "fixed_wheel_momentum"
+        return cls(attitude=unit_quaternion(attitude, "attitude"), rate=vector(rate, 3, "rate"), **{name: momentum})
 
     def uniform_count(self, wheels: int, modes: int = 0) -> int:
         """Return the number of uniform deviates that one episode needs."""

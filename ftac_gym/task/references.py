@@ -21,6 +21,7 @@ from ftac_gym.utils.parameters import (
     normalise,
     require,
     unit_quaternion,
+    vector,
 )
 from ftac_gym.utils.serialization import serializable
 
@@ -65,9 +66,11 @@ class SetPoints:
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
+        listed = isinstance(self.attitudes, (tuple, list, np.ndarray))
+        require(listed, "attitudes", "must be a list of quaternions", self.attitudes)
         checked = tuple(unit_quaternion(value, f"attitudes[{index}]") for index, value in enumerate(self.attitudes))
         object.__setattr__(self, "attitudes", checked)
-        times = tuple(float(value) for value in self.times)
+        times = vector(self.times, None, "times")
         object.__setattr__(self, "times", times)
         require(len(times) == len(checked) > 0, "times", f"must match the {len(checked)} attitudes", times)
         increasing = all(later > earlier for earlier, later in pairwise(times))

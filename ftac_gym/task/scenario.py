@@ -28,7 +28,7 @@ from ftac_gym.task.references import Reference, SetPoints
 from ftac_gym.task.sensors import SENSOR, SensorErrors
 from ftac_gym.task.vibration import LARGEST_PHASE, AppendageUncertainty, check_modes, exact_modes, fastest_pole
 from ftac_gym.utils.parameters import FloatArray, Matrix, matrix, normalise, optional, positive, require, rows
-from ftac_gym.utils.serialization import LATER_PART, from_plain, serializable, to_plain
+from ftac_gym.utils.serialization import LATER_PART, from_plain, parse_json, serializable, to_plain
 
 
 @serializable
@@ -159,7 +159,11 @@ class Scenario:
         known = [item.name for item in dataclasses.fields(self)]
         for name in changes:
             require(name in known, "scenario change", f"must be one of {known}", name)
-        rebuilt = {name: from_plain(value) if isinstance(value, Mapping) else value for name, value in changes.items()}
+        hints = get_type_hints(Scenario)
+        rebuilt = {
+            name: from_plain(value, name, hints[name]) if isinstance(value, Mapping) else value
+            for name, value in changes.items()
+        }
         return dataclasses.replace(self, **rebuilt)
 
     def to_dict(self) -> dict[str, Any]:
@@ -177,14 +181,14 @@ class Scenario:
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Scenario:
         """Rebuild a scenario from :meth:`to_dict`; raises ValueError for other data."""
-        scenario = from_plain(data)
-        require(isinstance(scenario, Scenario), "scenario", "must describe a Scenario", type(scenario).__name__)
+        require(isinstance(data, Mapping), "scenario", "must describe a Scenario", data)
+        scenario: Scenario = from_plain(data, "scenario", Scenario)
         return scenario
 
     @classmethod
     def from_json(cls, text: str) -> Scenario:
         """Rebuild a scenario from :meth:`to_json`; raises ValueError for other text."""
-        return cls.from_dict(json.loads(text))
+        return cls.from_dict(parse_json(text, "scenario"))
 
     def draw(self, seed: int, count: int) -> Episodes:
         """Draw episodes 0 to ``count - 1`` of a seed.

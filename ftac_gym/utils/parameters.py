@@ -1,6 +1,7 @@
 """Checks of parameters, and uniform ranges to draw from: the vocabulary of every scenario dataclass."""
 
 import math
+import numbers
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -20,10 +21,32 @@ Vector = tuple[float, ...]
 Matrix = tuple[tuple[float, ...], ...]
 
 
+LONGEST_MESSAGE = 500
+"""Characters of an error message; a long value in it is cut."""
+
+
 def require(condition: bool, field: str, rule: str, value: object) -> None:
     """Raise a ValueError that names the field, the rule and the offending value unless the condition holds."""
     if not condition:
-        raise ValueError(f"{field} {rule}, got {value!r}")
+        raise broken(field, rule, value)
+
+
+def broken(field: str, rule: str, value: object) -> ValueError:
+    """Return the error of a broken rule: one line with the field, the rule and the offending value."""
+    return ValueError(in_one_line(f"{field} {rule}, got {_shown(value)}"))
+
+
+def in_one_line(message: str) -> str:
+    """Return an error message as one line of at most ``LONGEST_MESSAGE`` characters."""
+    line = " ".join(message.split()) if "\n" in message else message
+    return line if len(line) <= LONGEST_MESSAGE else f"{line[: LONGEST_MESSAGE - 4]} ..."
+
+
+def _shown(value: object) -> str:
+    try:
+        return repr(value)
+    except (ValueError, RecursionError):  # An integer of thousands of digits, or lists in lists without end.
+        return f"{type(value).__name__} too large to print"
 
 
 def normalise(instance: object, rule: Callable[[Any, str], Any], *names: str) -> None:
@@ -62,14 +85,32 @@ def within(value: float, low: float, high: float, field: str) -> float:
     return number
 
 
+def is_number(value: object) -> bool:
+    """Return whether a value is one real number, of Python or NumPy; truth values and text are none."""
+    if isinstance(value, np.ndarray):
+        return value.ndim == 0 and value.dtype.kind in "iuf"
+    return isinstance(value, numbers.Real) and not isinstance(value, bool)
+
+
 def finite(value: float, field: str) -> float:
     """Return the value as a float; raise a ValueError unless it is one finite number."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise ValueError(f"{field} must be a number, got {value!r}") from None
+    require(is_number(value), field, "must be a number", value)
+    number = _float(value)
     require(math.isfinite(number), field, "must be finite", value)
     return number
+
+
+def _float(value: Any) -> float:
+    try:
+        return float(value)
+    except OverflowError:  # An integer beyond all floats.
+        return math.inf
+
+
+def flag(value: bool, field: str) -> bool:
+    """Return the value as a bool; raise a ValueError unless it is a truth value of Python or NumPy."""
+    require(isinstance(value, (bool, np.bool_)), field, "must be True or False", value)
+    return bool(value)
 
 
 def positive(value: float, field: str) -> float:
@@ -93,34 +134,51 @@ def whole(value: int, least: int, field: str) -> int:
     return int(value)
 
 
-def vector(values: Sequence[float], length: int, field: str) -> Vector:
-    """Return the values as a tuple of floats; raise a ValueError unless there are ``length`` finite numbers."""
-    try:
-        array = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise ValueError(f"{field} must have {length} numbers, got {values!r}") from None
-    require(array.shape == (length,), field, f"must have {length} numbers", values)
+def vector(values: Sequence[float], length: int | None, field: str) -> Vector:
+    """Return the values as a tuple of floats; raise a ValueError unless there are ``length`` finite numbers.
+
+    With None any length is right.
+    """
+    array = as_array(values)
+    if array is None or array.ndim != 1 or length not in (None, len(array)):
+        rule = "must be a list of numbers" if length is None else f"must have {length} numbers"
+        raise broken(field, rule, values)
     require(bool(np.isfinite(array).all()), field, "must be finite", values)
     return tuple(float(value) for value in array)
 
 
 def each(values: float | Sequence[float], count: int, field: str, rule: Callable[[Any, str], float]) -> Vector:
     """Return ``count`` numbers that a rule has checked, from as many or from one for all."""
-    if isinstance(values, (int, float, np.number)):
-        values = (float(values),) * count
-    return tuple(rule(value, f"{field}[{index}]") for index, value in enumerate(vector(values, count, field)))
+    listed: Any = (_float(values),) * count if is_number(values) else values
+    return tuple(rule(value, f"{field}[{index}]") for index, value in enumerate(vector(listed, count, field)))
 
 
 def matrix(values: object, rows: int, columns: int | None, field: str) -> FloatArray:
     """Return an array (rows, columns); raise a ValueError unless it is one of finite numbers. None: any width."""
     shape = f"{rows} x {columns if columns is not None else 'm'}"
-    try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ValueError(f"{field} must be {shape}, got {values!r}") from None
-    fits = array.ndim == 2 and array.shape[0] == rows and array.shape[1] == (columns or array.shape[1]) >= 1
-    require(fits, field, f"must be {shape}", values)
+    array = as_array(values)
+    if array is None or array.ndim != 2 or array.shape != (rows, columns or array.shape[1]) or array.shape[1] == 0:
+        raise broken(field, f"must be {shape}", values)
     require(bool(np.isfinite(array).all()), field, "must be finite", values)
+    return array
+
+
+def as_array(values: object) -> FloatArray | None:
+    """Return numbers, or lists of them, as an array; None if there is anything else among them."""
+    try:
+        return np.asarray(_floats(values), dtype=np.float64)
+    except (TypeError, ValueError, RecursionError):
+        return None
+
+
+def _floats(values: Any) -> Any:
+    if isinstance(values, (tuple, list)):
+        return [_floats(value) for value in values]
+    if is_number(values):
+        return _float(values)
+    array = np.asarray(values)
+    if array.dtype.kind not in "iuf":
+        raise TypeError
     return array
 
 

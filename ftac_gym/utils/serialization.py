@@ -1,12 +1,14 @@
 """Frozen dataclasses to plain JSON data and back, with the class named in each object."""
 
+from __future__ import annotations
+
 import dataclasses
 import json
 import math
-from collections.abc import Mapping
-from typing import Any, TypeVar
+from collections.abc import Iterator, Mapping
+from typing import Any, TypeVar, get_args, get_type_hints
 
-from ftac_gym.utils.parameters import require
+from ftac_gym.utils.parameters import in_one_line, require
 
 T = TypeVar("T")
 
@@ -72,58 +74,145 @@ def to_plain(value: Any) -> Any:
     return value
 
 
-def parse_json(text: str | bytes) -> Any:
+def parse_json(text: str | bytes, path: str = "JSON") -> Any:
     """Return the data of JSON text, strictly.
+
+    Parameters
+    ----------
+    text
+        The text.
+    path
+        Name of the data in messages.
 
     Raises
     ------
     ValueError
         If the text is no JSON, is nested too deeply, has a key twice in one object, or a number that is not finite.
+        The message has the path of the place.
     """
-
-    def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        found = dict(pairs)
-        twice = next((key for index, (key, _) in enumerate(pairs) if key in dict(pairs[:index])), None)
-        require(len(found) == len(pairs), "JSON", "must have every key once in an object", twice)
-        return found
-
-    def number(literal: str) -> float:
-        value = float(literal)
-        require(math.isfinite(value), "JSON", "must have finite numbers", literal[:40])
-        return value
-
+    require(isinstance(text, (str, bytes, bytearray)), path, "must be JSON text", text)
     try:
-        return json.loads(text, object_pairs_hook=unique, parse_constant=number, parse_float=number)
+        data = json.loads(text, object_pairs_hook=_unique, parse_int=_integer)
+        _check_plain(data, path)
     except RecursionError:
-        raise ValueError("JSON must not be nested so deeply") from None
+        raise _too_deep(path) from None
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path} must be JSON text: {error}") from None
+    return data
 
 
-def from_plain(value: Any) -> Any:
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any] | _Twice:
+    found = dict(pairs)
+    if len(found) == len(pairs):
+        return found
+    names = [name for name, _ in pairs]
+    return _Twice(next(name for name in names if names.count(name) > 1))
+
+
+def _integer(literal: str) -> int | float:
+    try:
+        return int(literal)
+    except ValueError:  # Python refuses thousands of digits; this is infinite.
+        return float(literal)
+
+
+@dataclasses.dataclass(frozen=True)
+class _Twice:
+    """A JSON object with a key twice."""
+
+    key: str
+
+
+def _check_plain(data: Any, path: str) -> None:
+    if isinstance(data, _Twice):
+        require(False, path, "must have every key once", data.key)
+    if isinstance(data, dict):
+        for key, item in data.items():
+            _check_plain(item, f"{path}.{key}")
+    elif isinstance(data, list):
+        for index, item in enumerate(data):
+            _check_plain(item, f"{path}[{index}]")
+    elif isinstance(data, float):
+        require(math.isfinite(data), path, "must be finite", data)
+
+
+def _too_deep(path: str) -> ValueError:
+    return ValueError(f"{path} must not be nested so deeply")
+
+
+def from_plain(value: Any, path: str, hint: Any = object) -> Any:
     """Rebuild what :func:`to_plain` wrote.
 
     Parameters
     ----------
     value
         Plain data; every dict must name a serializable class under ``"type"``.
+    path
+        Name of the value in messages.
+    hint
+        Type annotation of the place of the value; its classes are those that a dict may name.
 
     Raises
     ------
     ValueError
-        If a dict names no class or an unknown one, has a field that the class does not, or lacks one that it needs.
+        If a dict names no class or one that does not fit, has a field that the class does not, lacks one that it needs,
+        or has a value that breaks a rule. The message has the path of the field.
     """
-    if isinstance(value, Mapping):
-        name = str(value.get(TYPE_KEY))
-        if name not in _CLASSES:
-            hint = "a custom fault kind is registered once its module is imported"
-            raise ValueError(f"{TYPE_KEY} must be one of {sorted(_CLASSES)}, got {name!r}; {hint}")
-        cls = _CLASSES[name]
-        known = {field.name for field in dataclasses.fields(cls)}
-        fields = {key: from_plain(item) for key, item in value.items() if key != TYPE_KEY}
-        if unknown := sorted(set(fields) - known):
-            raise ValueError(f"{name} has no field {unknown[0]!r}; its fields are {sorted(known)}")
-        if missing := sorted(set(required_fields(cls)) - set(fields)):
-            raise ValueError(f"{name} needs the field {missing[0]!r}")
-        return cls(**fields)
+    try:
+        return _rebuilt(value, path, tuple(_classes_of(hint)))
+    except RecursionError:
+        raise _too_deep(path) from None
+
+
+def _rebuilt(value: Any, path: str, bases: tuple[type, ...]) -> Any:
     if isinstance(value, (list, tuple)):
-        return tuple(from_plain(item) for item in value)
-    return value
+        return tuple(_rebuilt(item, f"{path}[{index}]", bases) for index, item in enumerate(value))
+    if not isinstance(value, Mapping):
+        return value
+    name, cls = value.get(TYPE_KEY), _named(value, path, bases)
+    known = [field.name for field in dataclasses.fields(cls)]
+    for key in value:
+        if key not in (TYPE_KEY, *known):
+            raise ValueError(in_one_line(f"{path}: {name} has no field {key!r}; its fields are {sorted(known)}"))
+    for key in required_fields(cls):
+        if key not in value:
+            raise ValueError(f"{path}: {name} needs the field {key!r}")
+    hints = _hints(cls)
+    fields = {
+        key: _rebuilt(value[key], f"{path}.{key}", tuple(_classes_of(hints[key]))) for key in known if key in value
+    }
+    try:
+        return cls(**fields)
+    except ValueError as error:
+        raise ValueError(in_one_line(f"{path}.{error}")) from None
+    except (TypeError, AttributeError, LookupError, ArithmeticError) as error:  # Of a class from elsewhere.
+        raise ValueError(in_one_line(f"{path} must describe a {name}, which raises {error!r}")) from error
+
+
+def _named(value: Mapping[str, Any], path: str, bases: tuple[type, ...]) -> type:
+    """Return the class that an object names, one of some classes or derived from them."""
+    name = value.get(TYPE_KEY)
+    require(bool(bases), path, "must not be an object", dict(value))
+    fitting = sorted(known for known, cls in _CLASSES.items() if issubclass(cls, bases))
+    if isinstance(name, str) and name in fitting:
+        return _CLASSES[name]
+    if isinstance(name, str) and name in _CLASSES:
+        require(False, path, f"must describe a {' or '.join(fitting)}", name)
+    custom = "; a custom fault kind is registered once its module is imported" if len(fitting) > len(bases) else ""
+    raise ValueError(in_one_line(f"{path}.{TYPE_KEY} must be one of {fitting}, got {name!r}{custom}"))
+
+
+def _classes_of(hint: Any) -> Iterator[type]:
+    """Yield the classes of objects in a type annotation."""
+    if hint is object or (isinstance(hint, type) and dataclasses.is_dataclass(hint)):
+        yield hint
+    for part in get_args(hint):
+        yield from _classes_of(part)
+
+
+def _hints(cls: type) -> dict[str, Any]:
+    """Return the type annotations of a class's fields; ``object`` for all where they cannot be evaluated."""
+    try:
+        return get_type_hints(cls)
+    except (NameError, TypeError):  # Of a class inside a function, for example.
+        return {field.name: object for field in dataclasses.fields(cls)}

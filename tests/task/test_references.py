@@ -188,7 +188,7 @@ def test_only_set_points_stand_still():
     [
         (lambda: SetPoints((HALF_TURN,), (1.0,)), "times must start at 0 and increase"),
         (lambda: SetPoints((HALF_TURN, QUARTER_TURN), (0.0, 0.0)), "times must start at 0 and increase"),
-        (lambda: SetPoints((HALF_TURN, QUARTER_TURN), (0.0, math.nan)), "times must start at 0 and increase"),
+        (lambda: SetPoints((HALF_TURN, QUARTER_TURN), (0.0, math.nan)), "times must be finite"),
         (lambda: SetPoints((HALF_TURN,), (0.0, 1.0)), "times must match the 1 attitudes"),
         (lambda: SetPoints((), ()), "times must match the 0 attitudes"),
         (lambda: SetPoints((HALF_TURN, (1.0, 1.0, 0.0, 0.0)), (0.0, 1.0)), r"attitudes\[1\] must be a unit quaternion"),

@@ -64,7 +64,10 @@ def test_timing_in_steps():
         ({"reference": Outage(wheel=0)}, "reference must be a SetPoints or MRPSinusoid or RateProfile"),
         ({"faults": Outage(wheel=0)}, "faults must be a FaultDistribution or FaultSchedule or None"),
         ({"disturbance": 0.1}, "disturbance must be a Disturbance or LowOrbitTorque or None"),
-        ({"sensors": {"type": "Harmonic", "amplitude": [0, 0, 0], "frequency": 1}}, "sensors must be a SensorErrors"),
+        (
+            {"sensors": {"type": "Harmonic", "amplitude": [0, 0, 0], "frequency": 1}},
+            "sensors must describe a SensorErrors",
+        ),
         ({"inertia_uncertainty": 0.1}, "inertia_uncertainty must be a InertiaUncertainty or None"),
         ({"reward": {"type": "Craft"}}, "type must be one of"),
         ({"reward": None}, "reward must be a RewardWeights"),
