@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ftac_gym.faults.fault import UNIFORMS_PER_FAULT, Fault, SensorFault, WheelFault
+from ftac_gym.faults.fault import UNIFORMS_PER_FAULT, Fault, SensorFault, WheelFault, check_all
 from ftac_gym.faults.registry import check_registered
 from ftac_gym.faults.table import FLIPS, DrawnFaults, no_faults, no_sensor_faults, scale_magnitudes
 from ftac_gym.spacecraft.wheel_array import WheelArray
@@ -89,8 +89,7 @@ class FaultDistribution:
         """Raise a ValueError if more wheels can fail than there are, or a kind does not fit them."""
         rule = f"must not exceed the {wheels.count} wheels of the spacecraft"
         require(self.slots <= wheels.count, "fault_counts", rule, self.slots)
-        for fault in self.kinds:
-            fault.check(wheels)
+        check_all(self.kinds, wheels, "kinds")
 
     def uniform_count(self, wheels: int) -> int:
         """Return the number of uniform deviates that one episode needs."""

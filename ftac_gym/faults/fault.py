@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
@@ -17,6 +17,7 @@ from ftac_gym.utils.parameters import (
     Interval,
     bounds,
     draw,
+    fields_named,
     interval,
     non_negative_interval,
     normalise,
@@ -239,3 +240,20 @@ class SensorFault(Fault):
 
     def _fill(self, rows: npt.NDArray[np.void], uniform: FloatArray) -> None:
         """Write the part of the effect that follows from neither constants nor magnitudes into records (M,)."""
+
+
+def check_all(faults: Sequence[Fault], wheels: WheelArray, field: str) -> None:
+    """Raise a ValueError unless all faults of a field fit an array of wheels; the message has the place of the fault.
+
+    Parameters
+    ----------
+    faults
+        The faults.
+    wheels
+        The wheel array, whose ``friction`` a fault can need.
+    field
+        Name of the field that holds them.
+    """
+    for index, fault in enumerate(faults):
+        with fields_named(f"{field}[{index}].", friction="friction"):
+            fault.check(wheels)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ftac_gym.faults.fault import UNIFORMS_PER_FAULT, Fault, SensorFault, WheelFault
+from ftac_gym.faults.fault import UNIFORMS_PER_FAULT, Fault, SensorFault, WheelFault, check_all
 from ftac_gym.faults.registry import check_registered
 from ftac_gym.faults.table import FLIPS, DrawnFaults, no_faults, no_sensor_faults
 from ftac_gym.spacecraft.wheel_array import WheelArray
@@ -47,8 +47,7 @@ class FaultSchedule:
 
     def check(self, wheels: WheelArray) -> None:
         """Raise a ValueError if a fault does not fit the wheels or names one that the array does not have."""
-        for fault in self.faults:
-            fault.check(wheels)
+        check_all(self.faults, wheels, "faults")
 
     def layers(self) -> int:
         """Return the largest number of faults of one wheel."""

@@ -1,6 +1,7 @@
 """Faults as short text, for command lines: ``seizure:2@15``."""
 
 import dataclasses
+import re
 from collections.abc import Mapping
 from math import radians
 from typing import Any
@@ -8,7 +9,7 @@ from typing import Any
 from ftac_gym.faults.fault import Fault, WheelFault
 from ftac_gym.faults.registry import registered
 from ftac_gym.faults.table import FaultKind
-from ftac_gym.utils.parameters import require
+from ftac_gym.utils.parameters import broken, require
 
 FORM = "KIND:WHEEL@ONSET,FIELD=VALUE,..."
 """Form of a specification; the kind is required, and the wheel for faults of wheels."""
@@ -78,6 +79,7 @@ def parse(text: str) -> Fault:
         If the text has another form, or the kind, a field or a value is unknown. The message lists the kinds or the
         fields and has an example.
     """
+    require(isinstance(text, str), "fault", f"must be text of the form {FORM}", text)
     known = kinds()
     head, *assignments = (part.strip() for part in text.split(","))
     place, at, onset = head.partition("@")
@@ -85,10 +87,11 @@ def parse(text: str) -> Fault:
     kind = known.get(label.strip().lower().replace("-", "_"))
     forms = f"must have the form {FORM}, for example {', '.join(map(repr, SAMPLES))}, with a KIND of {list(known)}"
     if kind is None:
-        raise ValueError(f"fault {forms}, got {text!r}")
+        raise broken("fault", forms, text)
     fields: dict[str, Any] = {"onset": _number(onset, "ONSET", forms, text)} if at else {}
     if issubclass(kind, WheelFault):
-        require(wheel.strip().isdigit(), "fault", f"needs a WHEEL, as in '{name_of(kind)}:2@15'", text)
+        number = re.fullmatch(r"[0-9]{1,9}", wheel.strip()) is not None
+        require(number, "fault", f"needs a WHEEL, as in '{name_of(kind)}:2@15'", text)
         fields["wheel"] = int(wheel)
     else:
         require(not colon, "fault", f"affects no wheel: write '{name_of(kind)}@15'", text)
@@ -97,6 +100,7 @@ def parse(text: str) -> Fault:
         name, equals, value = (part.strip() for part in assignment.partition("="))
         rule = f"has the fields {settable}, given as FIELD=VALUE"
         require(bool(equals) and name in settable, name_of(kind), rule, assignment)
+        require(name not in fields, name_of(kind), "must have every field once", assignment)
         fields[name] = _value(value)
     return example(kind, **fields)
 

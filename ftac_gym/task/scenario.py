@@ -27,7 +27,17 @@ from ftac_gym.task.prescribed_bound import PrescribedBound
 from ftac_gym.task.references import Reference, SetPoints
 from ftac_gym.task.sensors import SENSOR, SensorErrors
 from ftac_gym.task.vibration import LARGEST_PHASE, AppendageUncertainty, check_modes, exact_modes, fastest_pole
-from ftac_gym.utils.parameters import FloatArray, Matrix, matrix, normalise, optional, positive, require, rows
+from ftac_gym.utils.parameters import (
+    FloatArray,
+    Matrix,
+    fields_named,
+    matrix,
+    normalise,
+    optional,
+    positive,
+    require,
+    rows,
+)
 from ftac_gym.utils.serialization import LATER_PART, from_plain, parse_json, serializable, to_plain
 
 
@@ -127,7 +137,8 @@ class Scenario:
         if (uncertainty := self.appendage_uncertainty) is not None:
             require(appendages is not None, "appendage_uncertainty", "needs a spacecraft with appendages", uncertainty)
         if self.faults is not None:
-            self.faults.check(self.spacecraft.wheels)
+            with fields_named("faults.", friction="spacecraft.wheels.friction"):
+                self.faults.check(self.spacecraft.wheels)
             # On average a chain then uses at most half of the flips that are drawn.
             shortest = 4.0 * self.duration / FLIPS
             rule = f"with mean_resting must add up to at least {shortest:.3g} s for this duration"

@@ -24,6 +24,9 @@ Matrix = tuple[tuple[float, ...], ...]
 LONGEST_MESSAGE = 500
 """Characters of an error message; a long value in it is cut."""
 
+LEAST_VALUE = 60
+"""Characters of a message that are left for a value, however long the rule is."""
+
 
 def require(condition: bool, field: str, rule: str, value: object) -> None:
     """Raise a ValueError that names the field, the rule and the offending value unless the condition holds."""
@@ -33,13 +36,14 @@ def require(condition: bool, field: str, rule: str, value: object) -> None:
 
 def broken(field: str, rule: str, value: object) -> ValueError:
     """Return the error of a broken rule: one line with the field, the rule and the offending value."""
-    return ValueError(in_one_line(f"{field} {rule}, got {_shown(value)}"))
+    part = in_one_line(f"{field} {rule}", LONGEST_MESSAGE - LEAST_VALUE)
+    return ValueError(f"{part}, got {in_one_line(_shown(value), LONGEST_MESSAGE - len(part) - len(', got '))}")
 
 
-def in_one_line(message: str) -> str:
-    """Return an error message as one line of at most ``LONGEST_MESSAGE`` characters."""
+def in_one_line(message: str, longest: int = LONGEST_MESSAGE) -> str:
+    """Return an error message, or a part of one, as one line with so many characters at most."""
     line = " ".join(message.split()) if "\n" in message else message
-    return line if len(line) <= LONGEST_MESSAGE else f"{line[: LONGEST_MESSAGE - 4]} ..."
+    return line if len(line) <= longest else f"{line[: longest - 4]} ..."
 
 
 def _shown(value: object) -> str:
@@ -75,7 +79,7 @@ def fields_named(prefix: str = "", **names: str) -> Iterator[None]:
         yield
     except ValueError as error:
         field, _, rest = str(error).partition(" ")
-        raise ValueError(f"{names.get(field, prefix + field)} {rest}") from None
+        raise ValueError(in_one_line(f"{names.get(field, prefix + field)} {rest}")) from None
 
 
 def within(value: float, low: float, high: float, field: str) -> float:

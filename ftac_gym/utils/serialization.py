@@ -6,7 +6,10 @@ import dataclasses
 import json
 import math
 from collections.abc import Iterator, Mapping
+from functools import cache
 from typing import Any, TypeVar, get_args, get_type_hints
+
+import numpy as np
 
 from ftac_gym.utils.parameters import in_one_line, require
 
@@ -182,7 +185,8 @@ def _rebuilt(value: Any, path: str, bases: tuple[type, ...]) -> Any:
         key: _rebuilt(value[key], f"{path}.{key}", tuple(_classes_of(hints[key]))) for key in known if key in value
     }
     try:
-        return cls(**fields)
+        with np.errstate(all="ignore"):  # Huge numbers overflow in the checks that refuse them.
+            return cls(**fields)
     except ValueError as error:
         raise ValueError(in_one_line(f"{path}.{error}")) from None
     except (TypeError, AttributeError, LookupError, ArithmeticError) as error:  # Of a class from elsewhere.
@@ -210,6 +214,7 @@ def _classes_of(hint: Any) -> Iterator[type]:
         yield from _classes_of(part)
 
 
+@cache
 def _hints(cls: type) -> dict[str, Any]:
     """Return the type annotations of a class's fields; ``object`` for all where they cannot be evaluated."""
     try:

@@ -53,11 +53,20 @@ def test_the_samples_of_the_message_are_understood(text):
         ("seizure:2@15,brake=strong", "brake must be a number, got 'strong'"),
         ("seizure:2@-3", "onset must not be negative"),
         ("seizure:2@nan", "onset must be finite"),
+        ("seizure:2@1e999", "onset must be finite"),
+        ("seizure:²@15", "fault needs a WHEEL, as in 'seizure:2@15', got 'seizure:²@15'"),
+        ("seizure:" + "9" * 5000, "fault needs a WHEEL"),
+        ("seizure:2@15,brake=2,brake=3", "seizure must have every field once, got 'brake=3'"),
+        ("seizure:2@15,brake=true", "brake must be a number, got True"),
+        ("hard_over:1,random_sign=1", "random_sign must be True or False, got 1.0"),
+        ("x" * 5000, r"fault must have the form .*, got 'xxx"),
+        (b"seizure:2", "fault must be text of the form KIND"),
     ],
 )
 def test_bad_specifications_are_refused_with_what_would_be_right(text, message):
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises(ValueError, match=message) as error:
         parse(text)
+    assert len(str(error.value)) <= 500
 
 
 def test_every_kind_of_the_package_has_an_example():
