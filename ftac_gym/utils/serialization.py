@@ -158,8 +158,8 @@ def from_plain(value: Any, path: str, hint: Any = object) -> Any:
     Raises
     ------
     ValueError
-        If a dict names no class or one that does not fit, has a field that the class does not, lacks one that it needs,
-        or has a value that breaks a rule. The message has the path of the field.
+        If a dict names no class or one that does not fit, or a field is unknown, missing or breaks a rule. The message
+        has the path of the field.
     """
     try:
         return _rebuilt(value, path, tuple(_classes_of(hint)))
