@@ -4,7 +4,8 @@ The flagship and its splits are flown on their frozen test episodes. With --benc
 shipped agents fly all splits in parallel. Baselines have default and tuned gains, agents all their training seeds. The
 result is an HTML report with ranks and paired differences.
 
-Finished batches are stored in the output folder, and a killed evaluation continues after them.
+Finished batches are stored in the output folder, and a killed evaluation continues after them. A policy that fails in
+flight is named with its episode and left out of the tables; the others go on, and the exit status says that one failed.
 
 For example:
 
@@ -17,6 +18,7 @@ For example:
     python train/evaluate.py --seed 3 --episodes 100
 """
 
+from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -29,23 +31,31 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from ftac_gym import baselines, scenarios
 from ftac_gym.agents.shipped import designs
 from ftac_gym.baselines import tuned
-from ftac_gym.evaluation import Evaluation, compare, evaluate, fault_classes, rollout
-from ftac_gym.evaluation.benchmark import fly, frozen_episodes
+from ftac_gym.evaluation import Evaluation, compare, evaluate
+from ftac_gym.evaluation.batches import FlightError
+from ftac_gym.evaluation.benchmark import fly
 from ftac_gym.evaluation.entries import ALL, check_fit, entries_of
-from ftac_gym.evaluation.files import write_episodes, write_summary
-from ftac_gym.evaluation.tables import Cells, kind_table, markdown, metric_tables, split_table
-from ftac_gym.plots import episode as draw_episode
-from ftac_gym.plots import error_bands, prescribed_bound
-from ftac_gym.plots.fault_gallery import fault_gallery
 from ftac_gym.policies import Policy, resolve
 from ftac_gym.policies.resolve import TUNED
 from ftac_gym.report import write_report
+from ftac_gym.report.comparison import drawings, tables, write_comparison
 from ftac_gym.scenarios import SPLITS, frozen
 from ftac_gym.task.episodes import Episodes
-from ftac_gym.utils.console import exit_on, run_program, show_table
+from ftac_gym.utils.console import exit_on, one_line_warnings, run_program, show_table
 
 CLOSE = ("agent", "flagship_telemetry", "flagship_direct", "pd_dob", "pd", "nftsm_observer tuned", "nftsm tuned")
 """The shipped agents of the flagship, and the baselines that come closest to them."""
+
+REFUSED = {
+    True: {
+        "gains": 'write "NAME tuned" among the policies for tuned gains',
+        "count_infeasible": "its episodes are labelled, and infeasible ones are counted apart",
+        "seed": "its episodes are the frozen ones",
+        "detail": "its report has commands that draw single episodes",
+    },
+    False: {"backend": "one process flies a comparison", "workers": "one process flies a comparison"},
+}
+"""Options without an effect, with --benchmark and without, and the reason."""
 
 
 @dataclass(frozen=True)
@@ -101,9 +111,22 @@ class Config:
         return CLOSE if self.scenario in SPLITS else ("agent", "pd_dob", "pd")
 
 
+def check_options(config: Config) -> None:
+    """Refuse options that would have no effect, and unknown scenarios."""
+    for name, reason in REFUSED[config.benchmark].items():
+        if getattr(config, name) != getattr(Config, name):
+            option, mode = name.replace("_", "-"), "with" if config.benchmark else "without"
+            raise SystemExit(f"--{option} has no effect {mode} --benchmark: {reason}")
+    known = list(SPLITS) if config.benchmark else scenarios.names()
+    for option, names in (("scenario", (config.scenario,)), ("splits", config.splits)):
+        for name in names:
+            if name not in known:
+                raise SystemExit(f"--{option}: {name!r} is none of {known}")
+
+
 def resolved(config: Config) -> dict[str, Policy]:
     """Return the policies by their names in the tables; refuse those that do not fit before any flight."""
-    tasks = [scenarios.get(name) for name in (config.scenario, *config.splits) if name in scenarios.names()]
+    tasks = [scenarios.get(name) for name in (config.scenario, *config.splits)]
     found = {}
     try:
         for name in config.contenders:
@@ -111,10 +134,8 @@ def resolved(config: Config) -> dict[str, Policy]:
     except ValueError as error:
         raise SystemExit(f"--{'gains' if str(error).startswith('gains') else 'policies'}: {error}") from None
     for name, policy in found.items():
-        try:
+        with exit_on(ValueError, prefix=f"--policies: {name}: "):
             check_fit(policy, tasks)
-        except ValueError as error:
-            raise SystemExit(f"--policies: {name}: {error}") from None
     return found
 
 
@@ -151,40 +172,60 @@ def counted(config: Config, episodes: Episodes) -> Episodes:
     return replace(episodes, feasible=np.ones_like(episodes.feasible)) if config.count_infeasible else episodes
 
 
+def all_drawn(config: Config) -> dict[str, Episodes]:
+    """Return the episodes of all scenarios, that of the figures first."""
+    return {name: draw(config, name) for name in dict.fromkeys((config.scenario, *config.splits))}
+
+
+def progress_bar(console: Console) -> Progress:
+    """Return a bar that counts episodes."""
+    columns = (TextColumn("{task.description:>18}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    return Progress(*columns, console=console)
+
+
 def run(
     config: Config, flown: dict[str, Policy], drawn: dict[str, Episodes], console: Console
-) -> dict[str, list[Evaluation]]:
-    """Fly all policies through all scenarios, with progress."""
-    columns = (TextColumn("{task.description:>18}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    evaluations: dict[str, list[Evaluation]] = {}
-    with Progress(*columns, console=console) as progress:
+) -> tuple[dict[str, list[Evaluation]], list[str]]:
+    """Fly all policies through all scenarios, with progress.
+
+    Returns
+    -------
+    Evaluations by scenario of the policies that did not fail, and a line about each other one.
+    """
+    found: dict[str, dict[str, Evaluation]] = {}
+    failures: dict[str, str] = {}
+    with progress_bar(console) as progress, one_line_warnings(partial(print_line, progress.console)):
         for scenario, episodes in drawn.items():
             bar = progress.add_task(scenario, total=len(episodes) * len(flown))
             task, folder = scenarios.get(scenario), config.output / scenario / "batches"
-            evaluations[scenario] = [
-                evaluate(task, policy, episodes, name, folder, partial(progress.advance, bar))
-                for name, policy in flown.items()
-            ]
-    return evaluations
+            found[scenario] = {}
+            for name, policy in flown.items():
+                if name in failures:
+                    continue
+                try:
+                    found[scenario][name] = evaluate(
+                        task, policy, episodes, name, folder, partial(progress.advance, bar)
+                    )
+                except FlightError as error:
+                    failures[name] = str(error)
+                    print_line(progress.console, failures[name])
+    remaining = {name: [item for key, item in items.items() if key not in failures] for name, items in found.items()}
+    return remaining, list(failures.values())
 
 
-def onset_on_target(evaluations: list[Evaluation], episodes: Episodes) -> int:
-    """Return the first feasible episode with the onset of a bias while the spacecraft is on target."""
-    on_target = ~np.isnan(evaluations[0].metrics["peak_after_fault"])
-    candidates = np.flatnonzero(on_target & episodes.feasible & (fault_classes(episodes) == "bias"))
-    return int(candidates[0]) if candidates.size else 0
+def print_line(console: Console, line: str) -> None:
+    """Print a line as it is."""
+    console.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
 def run_benchmark(config: Config, console: Console) -> None:
     """Fly the policies through the flagship and its splits."""
-    scenario, folder = scenarios.get("flagship"), config.output / "benchmark"
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with exit_on(ValueError, ImportError, prefix="--benchmark: "):
-        episodes = frozen_episodes(dict.fromkeys((config.scenario, *config.splits)), config.episodes)
-        entries = entries_of(config.contenders, scenario)
+    folder, episodes = config.output / "benchmark", all_drawn(config)
+    with exit_on(ValueError, ImportError, prefix="--benchmark: "), exit_on(BrokenExecutor, prefix="not finished: "):
+        entries = entries_of(config.contenders, scenarios.get("flagship"))
         flights = sum(len(entry.policies) for entry in entries) * sum(map(len, episodes.values()))
         console.print(f"{len(entries)} entries, {len(episodes)} splits, {flights} episodes")
-        with Progress(*columns, console=console) as progress:
+        with progress_bar(console) as progress, one_line_warnings(partial(print_line, progress.console)):
             task = progress.add_task("flying", total=flights)
             result = fly(
                 entries, episodes, config.reference, folder, config.backend, config.workers,
@@ -194,102 +235,76 @@ def run_benchmark(config: Config, console: Console) -> None:
         rate = result.episodes_flown / result.seconds
         console.print(f"flew {result.episodes_flown} episodes in {result.seconds:.0f} s: {rate:.0f} episodes/s")
     console.print("bootstrap intervals, figures and report ...")
-    console.print(f"wrote {write_report(result, folder)}, CSV files and figures beside it")
+    with exit_on(ValueError, prefix="--output: "):
+        console.print(f"wrote {write_report(result, folder)}, CSV files and figures beside it")
+    end(list(result.failures.values()))
+
+
+def end(failures: list[str]) -> None:
+    """End with a line about each failure, if there is one."""
+    if failures:
+        raise SystemExit("\n".join(left_out(failures)))
+
+
+def left_out(failures: list[str]) -> list[str]:
+    """Return lines about policies that are not in the tables."""
+    return [f"left out of the tables: {line}" for line in failures]
 
 
 def origin(config: Config, drawn: dict[str, Episodes]) -> list[str]:
     """Return lines with the origin of the episodes and of the gains."""
-    source = "frozen" if config.seed is None and not config.count_infeasible else f"seed {config.first_seed}"
+    frozen_lists = SPLITS if config.seed is None and not config.count_infeasible else ()
     lines = [
-        f"{name}: {len(item)} episodes ({source}), {int(item.feasible.sum())} of them feasible, "
-        f"digest {item.digest()[:12]}"
+        f"{name}: {len(item)} episodes ({'frozen' if name in frozen_lists else f'seed {config.first_seed}'}), "
+        f"{int(item.feasible.sum())} of them feasible, digest {item.digest()[:12]}"
         for name, item in drawn.items()
     ]
     return [*lines, gains_used(config)]
 
 
-def tabulated(config: Config, evaluations: dict[str, list[Evaluation]], drawn: dict[str, Episodes]) -> dict[str, Cells]:
-    """Return the tables by title, and write the CSV files."""
-    shown = {name: counted(config, item) for name, item in drawn.items()}
-    rows = {name: compare(items, config.reference, shown[name].feasible) for name, items in evaluations.items()}
-    for name, items in evaluations.items():
-        (config.reports / name).mkdir(parents=True, exist_ok=True)
-        write_episodes(config.reports / name / "episodes.csv", items, drawn[name])
-        write_summary(config.reports / name / "summary.csv", rows[name])
-    which = "all" if config.count_infeasible else "feasible"
-    estimates, differences = metric_tables(rows[config.scenario], config.reference)
-    first = f"{config.scenario}, {which} episodes: mean of success, interquartile mean of the rest, 95 % intervals"
-    return {
-        first: estimates,
-        f"mean paired difference to {config.reference}, 95 % intervals": differences,
-        f"by split, {which} episodes: success, settling time, integrated error": split_table(rows, shown),
-        "by what is wrong: mean success, median settling time": kind_table(evaluations, shown),
-    }
-
-
-def draw_figures(
-    config: Config, flown: dict[str, Policy], evaluations: list[Evaluation], episodes: Episodes
-) -> dict[str, str]:
-    """Write the figures of the scenario; return their headings in the report, by name."""
-    scenario, folder = scenarios.get(config.scenario), config.reports / config.scenario
-    cone = float(np.degrees(scenario.success.angle))
-    figure = error_bands(evaluations, scenario.control_period, cone, counted(config, episodes).feasible)
-    figure.savefig(folder / "error_bands.png", dpi=120)
-    detail = config.detail if config.detail is not None else onset_on_target(evaluations, episodes)
-    histories = {name: rollout(scenario, policy, episodes[detail]) for name, policy in flown.items()}
-    draw_episode(histories).savefig(folder / "episode.png", dpi=110)
-    headings = {"error_bands": "## Pointing error", "episode": f"## Episode {detail}"}
-    if scenario.prescribed_bound is not None:
-        prescribed_bound(histories).savefig(folder / "prescribed_bound.png", dpi=110)
-        headings["prescribed_bound"] = ""
-    fault_gallery(scenario, flown[config.reference]).savefig(folder / "fault_kinds.png", dpi=80)
-    return {**headings, "fault_kinds": f"## Every fault kind under {config.reference}"}
-
-
 def main(config: Config) -> None:
     """Compare the policies."""
     console = Console()
+    check_options(config)
     if config.benchmark:
         run_benchmark(config, console)
         return
     flown = resolved(config)
     if config.reference not in flown:
         raise SystemExit(f"--reference: {config.reference!r} is not among the policies {list(flown)}")
-    names = (config.scenario, *(name for name in config.splits if name != config.scenario))
-    for name in names:
-        if name not in scenarios.names():
-            raise SystemExit(f"--scenario: {name!r} is none of {scenarios.names()}")
-    drawn = {name: draw(config, name) for name in names}
+    drawn = all_drawn(config)
     episodes = drawn[config.scenario]
     if config.detail is not None and not 0 <= config.detail < len(episodes):
         raise SystemExit(f"--detail: {config.detail} is none of the {len(episodes)} episodes")
     lines = origin(config, drawn)
     console.print("\n".join(lines))
-    evaluations = run(config, flown, drawn, console)
+    evaluations, failures = run(config, flown, drawn, console)
+    flown = {item.policy: flown[item.policy] for item in evaluations[config.scenario]}
+    if config.reference not in flown:
+        raise SystemExit(
+            "\n".join([*failures, f"--reference: {config.reference} failed: there is nothing to compare with"])
+        )
+    shown = {name: counted(config, item) for name, item in drawn.items()}
     console.print("bootstrap intervals ...")
-    tables = tabulated(config, evaluations, drawn)
+    rows = {name: compare(items, config.reference, shown[name].feasible) for name, items in evaluations.items()}
+    found = tables(evaluations, rows, shown, config.reference, "all" if config.count_infeasible else "feasible")
     # A narrower table of many policies would cut off the kinds of faults.
     wide = Console(width=max(console.width, 130, 60 + 18 * len(flown)))
-    for title, cells in tables.items():
+    for title, cells in found.items():
         show_table(wide, cells, title)
     console.print("figures ...")
-    figures = draw_figures(config, flown, evaluations[config.scenario], episodes)
-    report = [
-        f"# {config.scenario}: {', '.join(flown)}",
-        "Same episodes for every policy; 95 % bootstrap intervals.",
-        "\n".join(f"- {line}" for line in lines),
-        *(part for title, cells in tables.items() for part in (f"## {title}", markdown(cells))),
-        *(
-            part
-            for name, heading in figures.items()
-            for part in (heading, f"![{name.replace('_', ' ')}]({name}.png)")
-            if part
-        ),
-    ]
-    folder = config.reports / config.scenario
-    (folder / "report.md").write_text("\n\n".join(report) + "\n")
+    with one_line_warnings(partial(print_line, console)):
+        figures = drawings(
+            scenarios.get(config.scenario), flown, config.reference, evaluations[config.scenario], episodes,
+            shown[config.scenario].feasible, config.detail,
+        )  # fmt: skip
+    with exit_on(ValueError, prefix="--output: "):
+        report = write_comparison(
+            config.reports, evaluations, rows, drawn, [*lines, *left_out(failures)], found, figures
+        )
     pictures = ", ".join(f"{name}.png" for name in figures)
-    console.print(f"wrote {folder}/report.md, {pictures}, and episodes.csv and summary.csv for each scenario")
+    console.print(f"wrote {report}, {pictures}, and episodes.csv and summary.csv for each scenario")
+    end(failures)
 
 
 if __name__ == "__main__":

@@ -1,21 +1,27 @@
 """Evaluation of a policy in batches of episodes, whose stored results survive a kill."""
 
 import hashlib
+import warnings
+import zipfile
+import zlib
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.evaluation.metrics import Metrics
+from ftac_gym.evaluation.identity import identity
+from ftac_gym.evaluation.metrics import UNITS, Metrics
 from ftac_gym.evaluation.rollout import rollout
 from ftac_gym.evaluation.threads import one_torch_thread
-from ftac_gym.policies import Policy, resolve
+from ftac_gym.policies import Policy, PolicyRunner, resolve
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.files import reading, reason_of, replacing
+from ftac_gym.utils.parameters import require
 
 BATCH = 100
 """Number of episodes that are run side by side and stored together."""
@@ -43,6 +49,10 @@ class Evaluation:
     attitude_error: npt.NDArray[np.float32]
 
 
+class FlightError(ValueError):
+    """Failure of a policy in flight; the message names the episode."""
+
+
 @dataclass(frozen=True, eq=False)
 class Batch:
     """Episodes that a policy flies side by side.
@@ -57,42 +67,82 @@ class Batch:
         The episodes.
     path
         File of the result; None if it is not stored.
+    first
+        Number of the first episode in the evaluation.
     """
 
     scenario: Scenario
     policy: Any
     episodes: Episodes
     path: Path | None
+    first: int = 0
 
     def fly(self) -> BatchResult:
-        """Run the policy through the episodes."""
+        """Run the policy through the episodes.
+
+        Raises
+        ------
+        FlightError
+            If it raises an error, or flies a spacecraft to a state that is not finite.
+        ValueError
+            If it does not fit the scenario.
+        """
+        try:
+            return self._flown(slice(None))
+        except Exception as error:
+            PolicyRunner(self.scenario, resolve(copy(self.policy), self.scenario.name))
+            raise self._failure(error) from error
+
+    def _flown(self, part: slice) -> BatchResult:
         with one_torch_thread():
-            history = rollout(self.scenario, self.policy, self.episodes)
+            history = rollout(self.scenario, self.policy, self.episodes[part])
         return {**history.metrics(), "attitude_error": np.degrees(history.attitude_error).astype(np.float32)}
 
+    def _failure(self, error: Exception) -> FlightError:
+        """Return the error of the first episode that fails alone, which halving finds; else that of the batch."""
+        low, high, found = 0, len(self.episodes), error
+        while high - low > 1:
+            middle = (low + high) // 2
+            try:
+                self._flown(slice(low, middle))
+                low = middle
+            except Exception as half:
+                high, found = middle, half
+        try:
+            self._flown(slice(low, high))
+            where, found = f"episodes {self.first} to {self.first + len(self.episodes) - 1} together", error
+        except Exception as alone:
+            where, found = f"episode {self.first + low}", alone
+        kind = "" if isinstance(found, ValueError) else f"{type(found).__name__}: "
+        return FlightError(f"{where}: {kind}{reason_of(found)}")
+
     def read(self) -> BatchResult | None:
-        """Return the stored result; None if there is none."""
+        """Return the stored result; None if there is none, or a damaged one, which a warning names."""
         if self.path is None or not self.path.exists():
             return None
-        with np.load(self.path) as data:
-            return dict(data)
+        try:
+            with reading(self.path, "its episodes are flown again", zipfile.BadZipFile, zlib.error):
+                return self._checked(dict(np.load(self.path, allow_pickle=False)))
+        except ValueError as error:
+            warnings.warn(str(error), stacklevel=2)
+            return None
+
+    def _checked(self, result: BatchResult) -> BatchResult:
+        count = len(self.episodes)
+        types: dict[str, tuple[tuple[int, ...], str]] = dict.fromkeys(UNITS, ((count,), "float64"))
+        types["attitude_error"] = ((self.scenario.horizon + 1, count), "float32")
+        found = {name: (array.shape, array.dtype.name) for name, array in result.items()}
+        for name in {**types, **found}:
+            rule = f"must be {types.get(name, 'absent')}"
+            require(types.get(name) == found.get(name), f"array {name}", rule, found.get(name))
+        return result
 
     def write(self, result: BatchResult) -> None:
         """Store a result in the file of the batch, which appears complete or not at all."""
         if self.path is None:
             return
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        partial = self.path.with_suffix(".partial")
-        with partial.open("wb") as file:
+        with replacing(self.path) as file:
             np.savez_compressed(file, **result)  # type: ignore[arg-type]
-        partial.rename(self.path)
-
-
-@cache
-def code_digest() -> str:
-    """Return a hash of the package's sources: stored results of other code are not used."""
-    sources = sorted(Path(__file__).parents[1].rglob("*.py"))
-    return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
 
 
 def batches(scenario: Scenario, policy: Policy, episodes: Episodes, folder: Path | None) -> list[Batch]:
@@ -103,20 +153,19 @@ def batches(scenario: Scenario, policy: Policy, episodes: Episodes, folder: Path
     scenario
         The task.
     policy
-        A policy; without a fingerprint it cannot be told from others, and its results are not stored.
+        A policy; results of one without an :func:`~ftac_gym.evaluation.identity.identity` are not stored.
     episodes
         The episodes.
     folder
         Folder of the results; None stores nothing.
     """
-    fingerprint = getattr(policy, "fingerprint", None)
-    identity = f"{code_digest()} {fingerprint} {scenario.to_json()}"
+    known = None if folder is None else identity(scenario, policy)
     found = []
     for start in range(0, len(episodes), BATCH):
         part, path = episodes[start : start + BATCH], None
-        if folder is not None and fingerprint is not None:
-            path = folder / f"{hashlib.sha256(f'{identity} {part.digest()}'.encode()).hexdigest()[:20]}.npz"
-        found.append(Batch(scenario, policy, part, path))
+        if folder is not None and known is not None:
+            path = folder / f"{hashlib.sha256(f'{known} {part.digest()}'.encode()).hexdigest()[:20]}.npz"
+        found.append(Batch(scenario, policy, part, path, start))
     return found
 
 
@@ -148,18 +197,28 @@ def evaluate(
     name
         Name for tables; the default is the policy's own.
     folder
-        Folder of stored results. A batch of the same policy, task, episodes and code is not run again. None stores
-        nothing.
+        Folder of stored results, which several processes may share. A batch of the same policy, task, episodes, code
+        and data is not run again unless its file is damaged, which a warning says. None stores nothing.
     progress
         Called with the number of episodes of each finished batch.
+
+    Raises
+    ------
+    FlightError
+        If the policy fails in flight; the message names policy, scenario and episode.
+    ValueError
+        If it does not fit the scenario.
     """
-    results = []
+    shown, results = name if name is not None else str(policy), []
     for batch in batches(scenario, resolve(policy, scenario.name), episodes, folder):
         result = batch.read()
         if result is None:
-            result = batch.fly()
+            try:
+                result = batch.fly()
+            except FlightError as error:
+                raise FlightError(f"{shown} in {scenario.name}: {error}") from error
             batch.write(result)
         results.append(result)
         if progress is not None:
             progress(len(batch.episodes))
-    return joined(name if name is not None else str(policy), results)
+    return joined(shown, results)

@@ -5,20 +5,25 @@ from collections import defaultdict
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from itertools import islice
 from pathlib import Path
 
 from joblib import Parallel, delayed, effective_n_jobs, parallel_config
+from joblib.externals.loky import get_reusable_executor
 
-from ftac_gym.evaluation.batches import Batch, BatchResult, Evaluation, batches, joined
+from ftac_gym.evaluation.batches import Batch, BatchResult, Evaluation, FlightError, batches, joined
 from ftac_gym.evaluation.entries import Entry, entries_of, fitted
+from ftac_gym.evaluation.identity import outside_classes
 from ftac_gym.evaluation.timing import Stopwatch, step_cost
 from ftac_gym.scenarios import SPLITS, frozen
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.files import reason_of
 from ftac_gym.utils.parameters import require
+from ftac_gym.utils.processes import end_with_parent
+from ftac_gym.utils.serialization import serializable
 
 __all__ = ["BACKENDS", "Benchmark", "Entry", "Progress", "entries_of", "fly", "frozen_episodes"]
 
@@ -34,7 +39,9 @@ _GROUP = 8
 _Key = tuple[str, str, int, int]
 """Split, name of the entry, number of the training seed, number of the batch."""
 
-_Flights = Generator[tuple[_Key, BatchResult], None, None]
+_Flight = tuple[_Key, BatchResult | FlightError]
+
+_Flights = Generator[_Flight, None, None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +51,7 @@ class Benchmark:
     Attributes
     ----------
     entries
-        The entries.
+        The entries, without those that failed.
     episodes
         Episodes by split.
     evaluations
@@ -55,6 +62,8 @@ class Benchmark:
         One control step of one spacecraft [us], by name of the entry; empty if it was not measured.
     episodes_flown, seconds
         Number of episodes that were run now instead of found on disk, and the time for them [s].
+    failures
+        Failures in flight of the entries that are left out, by their names.
     """
 
     entries: tuple[Entry, ...]
@@ -64,6 +73,7 @@ class Benchmark:
     step_cost: Mapping[str, float]
     episodes_flown: int
     seconds: float
+    failures: Mapping[str, str] = field(default_factory=dict)
 
 
 def frozen_episodes(splits: Iterable[str] = SPLITS, feasible: int = frozen.FEASIBLE) -> dict[str, Episodes]:
@@ -99,7 +109,7 @@ def fly(
 ) -> Benchmark:
     """Fly all entries through the episodes of all splits.
 
-    The numbers do not depend on backend and workers.
+    The numbers do not depend on backend and workers. An entry that fails in flight is left out; the others go on.
 
     Parameters
     ----------
@@ -128,6 +138,8 @@ def fly(
     ValueError
         If an entry does not fit a split, before any flight; or if entries share a name, or the reference or the
         backend is unknown.
+    FlightError
+        If the reference fails in flight, after all flights of the others.
     ImportError
         If the backend is Ray and it is not installed.
     """
@@ -152,6 +164,7 @@ def fly(
                     # Paths of agents, not agents, are sent to the workers.
                     jobs[split, entry.name, seed, number] = replace(batch, policy=copy(entry.policies[seed]))
     results: dict[_Key, BatchResult] = {}
+    failures: dict[str, str] = {}
 
     def finish(key: _Key, result: BatchResult) -> None:
         results[key] = result
@@ -163,39 +176,63 @@ def fly(
         if stored is not None:
             finish(key, stored)
     missing = {key: batch for key, batch in jobs.items() if key not in results}
-    stopwatch = Stopwatch()
-    with stopwatch.running(), _ended(_flown(missing, backend, workers)) as flown:
+    # The calls are made one by one: those of an entry that has failed are left out.
+    calls = ((key, batch) for key, batch in missing.items() if key[1] not in failures)
+    stopwatch, flown_episodes = Stopwatch(), 0
+    with stopwatch.running(), _ended(_flown(calls, backend, workers)) as flown:
         for key, result in flown:
-            jobs[key].write(result)
-            finish(key, result)
+            flown_episodes += len(jobs[key].episodes)
+            if isinstance(result, FlightError):
+                failures.setdefault(key[1], f"{key[1]} in {key[0]}: {result}")
+            else:
+                jobs[key].write(result)
+                finish(key, result)
+    if reference in failures:
+        raise FlightError(f"{failures[reference]}; {reference} is the reference")
+    remaining = tuple(entry for entry in entries if entry.name not in failures)
     parts = defaultdict(list)
     for key in jobs:
-        parts[key[:3]].append(results[key])
+        if key[1] not in failures:
+            parts[key[:3]].append(results[key])
     return Benchmark(
-        entries=tuple(entries),
+        entries=remaining,
         episodes=dict(episodes),
         evaluations={
             split: {
                 entry.name: tuple(
                     joined(entry.name, parts[split, entry.name, seed]) for seed in range(len(entry.policies))
                 )
-                for entry in entries
+                for entry in remaining
             }
             for split in scenarios
         },
         reference=reference,
-        step_cost={entry.name: step_cost(entry, next(iter(scenarios.values()))) for entry in entries}
-        if measure
-        else {},
-        episodes_flown=sum(len(batch.episodes) for batch in missing.values()),
+        step_cost=_step_costs(remaining, next(iter(scenarios.values()))) if measure else {},
+        episodes_flown=flown_episodes,
         seconds=stopwatch.seconds,
+        failures=failures,
     )
 
 
-def _fly(key: _Key, batch: Batch) -> tuple[_Key, BatchResult]:
+def _step_costs(entries: Sequence[Entry], scenario: Scenario) -> dict[str, float]:
+    """Return the costs of the entries' control steps; a warning names those that fail meanwhile."""
+    found = {}
+    for entry in entries:
+        try:
+            found[entry.name] = step_cost(entry, scenario)
+        except Exception as error:
+            warnings.warn(f"control step of {entry.name} cannot be measured: {reason_of(error)}", stacklevel=2)
+    return found
+
+
+def _fly(key: _Key, batch: Batch, kinds: Sequence[type]) -> _Flight:
     """Fly a batch, in any process."""
+    for kind in kinds:
+        serializable(kind)  # Classes of a script or notebook are sent as they are, and not registered by an import.
     try:
         return key, batch.fly()
+    except FlightError as error:
+        return key, error
     except ValueError as error:
         raise ValueError(f"{key[1]} in {key[0]}: {error}") from error
 
@@ -211,11 +248,17 @@ def _ended(flights: _Flights) -> Iterator[_Flights]:
             flights.close()
 
 
-def _flown(jobs: Mapping[_Key, Batch], backend: str, workers: int) -> _Flights:
+def _flown(jobs: Iterable[tuple[_Key, Batch]], backend: str, workers: int) -> _Flights:
     """Yield results in the order in which they are finished."""
-    calls = (delayed(_fly)(key, batch) for key, batch in jobs.items())
+    calls = (delayed(_fly)(key, batch, outside_classes(batch.scenario)) for key, batch in jobs)
     if backend == "local":
-        yield from Parallel(n_jobs=workers, batch_size=1, return_as="generator_unordered")(calls)
+        unordered = {"return_as": "generator_unordered", "initializer": end_with_parent}
+        try:
+            yield from Parallel(n_jobs=workers, batch_size=1, **unordered)(calls)
+        finally:
+            if effective_n_jobs(workers) > 1:
+                # Idle workers would hold the output of this process open for minutes.
+                get_reusable_executor(reuse=True).shutdown(kill_workers=True)
         return
     with parallel_config(backend="ray"), Parallel(n_jobs=workers, batch_size=1) as parallel:
         # joblib has no generator of results for Ray.

@@ -121,13 +121,18 @@ def check_fit(policy: Policy, scenarios: Sequence[Scenario]) -> None:
     Raises
     ------
     ValueError
-        If it does not fit one of them; the message names the remedy.
+        If it does not fit one of them, or raises any error; the message names the remedy.
     """
     for scenario in scenarios:
-        # An attached policy holds its environment, so a copy is attached.
-        runner = PolicyRunner(scenario, copy(policy))
-        runner.reset(scenario.draw(0, 1))
-        runner.step()
+        try:
+            # An attached policy holds its environment, so a copy is attached.
+            runner = PolicyRunner(scenario, copy(policy))
+            runner.reset(scenario.draw(0, 1))
+            runner.step()
+        except ValueError:
+            raise
+        except Exception as error:
+            raise ValueError(f"{type(error).__name__}: {error}") from error
 
 
 def _family(scenario: Scenario) -> str:

@@ -1,33 +1,47 @@
-"""CSV files of comparisons."""
+"""Files of comparisons, each complete or absent."""
 
 import csv
-from collections.abc import Sequence
+import io
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 from ftac_gym.evaluation.batches import Evaluation
 from ftac_gym.evaluation.compare import Row, fault_classes
 from ftac_gym.evaluation.metrics import UNITS
 from ftac_gym.task.episodes import Episodes
+from ftac_gym.utils.files import replacing, write_text
+
+
+def write_rows(path: Path, rows: Iterable[Sequence[Any]]) -> None:
+    """Write a CSV file."""
+    text = io.StringIO(newline="")
+    csv.writer(text).writerows(rows)
+    write_text(path, text.getvalue())
+
+
+def write_figure(path: Path, figure: Any, dpi: int) -> None:
+    """Write a figure of Matplotlib in the format of the path's suffix."""
+    with replacing(path) as file:
+        figure.savefig(file, format=path.suffix[1:], dpi=dpi)
 
 
 def write_episodes(path: Path, evaluations: Sequence[Evaluation], episodes: Episodes) -> None:
     """Write one line per policy and episode."""
     names = fault_classes(episodes)
-    with path.open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(["policy", "episode", "faults", "feasible", *UNITS])
-        for item in evaluations:
-            for index in range(len(episodes)):
-                values = [f"{item.metrics[metric][index]:.6g}" for metric in UNITS]
-                writer.writerow([item.policy, index, names[index], bool(episodes.feasible[index]), *values])
+    rows: list[Sequence[Any]] = [["policy", "episode", "faults", "feasible", *UNITS]]
+    for item in evaluations:
+        for index in range(len(episodes)):
+            values = [f"{item.metrics[metric][index]:.6g}" for metric in UNITS]
+            rows.append([item.policy, index, names[index], bool(episodes.feasible[index]), *values])
+    write_rows(path, rows)
 
 
 def write_summary(path: Path, rows: Sequence[Row]) -> None:
     """Write one line per policy, metric and kind of estimate."""
-    with path.open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(["policy", "metric", "kind", "value", "low", "high", "episodes"])
-        for row in rows:
-            for kind, values in (("estimate", row.estimates), ("difference", row.differences)):
-                for metric, item in values.items():
-                    writer.writerow([row.policy, metric, kind, item.value, item.low, item.high, item.count])
+    lines: list[Sequence[Any]] = [["policy", "metric", "kind", "value", "low", "high", "episodes"]]
+    for row in rows:
+        for kind, values in (("estimate", row.estimates), ("difference", row.differences)):
+            for metric, item in values.items():
+                lines.append([row.policy, metric, kind, item.value, item.low, item.high, item.count])
+    write_rows(path, lines)

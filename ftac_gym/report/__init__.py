@@ -5,10 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from ftac_gym.evaluation.benchmark import Benchmark
+from ftac_gym.report.comparison import PATIENCE
 from ftac_gym.report.csv_files import write_csv
 from ftac_gym.report.page import render
 from ftac_gym.report.pictures import draw
 from ftac_gym.report.results import gather
+from ftac_gym.utils.files import locked, write_text
 
 __all__ = ["write_report"]
 
@@ -24,7 +26,8 @@ def write_report(benchmark: Benchmark, folder: str | Path) -> Path:
         The benchmark.
     folder
         Target: ``report.html``, ``summary.csv``, ``differences.csv``, ``improvement.csv``, ``by_fault.csv``,
-        ``episodes.csv`` and the folder ``figures``. An earlier report there is replaced.
+        ``episodes.csv`` and the folder ``figures``. An earlier report there is replaced; reports of several processes
+        are not mixed.
 
     Returns
     -------
@@ -33,17 +36,19 @@ def write_report(benchmark: Benchmark, folder: str | Path) -> Path:
     Raises
     ------
     ValueError
-        If the reference is not among the entries, or two entries have one name.
+        If the reference is not among the entries, or two entries have one name; or if another process keeps the folder
+        for more than :data:`~ftac_gym.report.comparison.PATIENCE`.
     """
     results = gather(benchmark)
     folder = Path(folder)
     pictures = draw(results)
-    (folder / FIGURES).mkdir(parents=True, exist_ok=True)
-    for stale in (folder / FIGURES).glob("*.svg"):
-        stale.unlink()
-    for name, picture in pictures.items():
-        (folder / FIGURES / f"{name}.svg").write_text(picture, encoding="utf-8")
-    write_csv(results, folder)
+    page = render(results, pictures)
     path = folder / PAGE
-    path.write_text(render(results, pictures), encoding="utf-8")
+    with locked(folder, PATIENCE):
+        for name, picture in pictures.items():
+            write_text(folder / FIGURES / f"{name}.svg", picture)
+        for stale in set((folder / FIGURES).glob("*.svg")) - {folder / FIGURES / f"{name}.svg" for name in pictures}:
+            stale.unlink()
+        write_csv(results, folder)
+        write_text(path, page)
     return path

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ftac_gym.evaluation.compare import fault_classes
+from ftac_gym.evaluation.files import write_rows
 from ftac_gym.evaluation.metrics import UNITS
 from ftac_gym.evaluation.statistics import Estimate
 from ftac_gym.report.results import Results
@@ -30,8 +30,7 @@ def write_csv(results: Results, folder: Path) -> None:
         "episodes": _episodes(results),
     }
     for name, rows in tables.items():
-        with (folder / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
-            csv.writer(file).writerows(rows)
+        write_rows(folder / f"{name}.csv", rows)
 
 
 def _interval(item: Estimate) -> tuple[float, float, float, int]:

@@ -21,7 +21,7 @@ PARTIAL = ".partial"
 """Suffix of a file or folder while it is written. A killed process leaves it behind; it is never read."""
 
 LONGEST_REASON = 200
-"""Characters of the reason in a message about a damaged file."""
+"""Characters of an error that becomes part of another message."""
 
 
 @contextmanager
@@ -94,14 +94,17 @@ def reading(path: Path, remedy: str, *errors: type[Exception]) -> Iterator[None]
 
 def damage(path: Path, error: object, remedy: str) -> str:
     """Return one line about a damaged file: its path, the reason and the remedy."""
+    return f"{path} cannot be read: {reason_of(error)}; {remedy}"
+
+
+def reason_of(error: object) -> str:
+    """Return the message of an error as one line of limited length."""
     reason = " ".join(str(error).split()) or type(error).__name__
-    if len(reason) > LONGEST_REASON:
-        reason = f"{reason[:LONGEST_REASON]} ..."
-    return f"{path} cannot be read: {reason}; {remedy}"
+    return reason if len(reason) <= LONGEST_REASON else f"{reason[:LONGEST_REASON]} ..."
 
 
 @contextmanager
-def locked(folder: Path) -> Iterator[None]:
+def locked(folder: Path, patience: float = 0.0) -> Iterator[None]:
     """Keep other processes out of a folder during the block; needs the ``train`` extra.
 
     The lock is the operating system's: it ends with the process, however that ends.
@@ -110,25 +113,27 @@ def locked(folder: Path) -> Iterator[None]:
     ----------
     folder
         The folder, which is created.
+    patience
+        Time to wait for another process [s].
 
     Raises
     ------
     ValueError
         If another process, or this one, has the folder already; the message names the process.
     """
-    lock = _lock(folder)
+    lock = _lock(folder, patience)
     try:
         yield
     finally:
         lock.release()
 
 
-def _lock(folder: Path) -> BaseFileLock:
+def _lock(folder: Path, patience: float) -> BaseFileLock:
     from filelock import FileLock, Timeout
 
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / LOCK_FILE
-    lock = FileLock(path, blocking=False, thread_local=False)
+    lock = FileLock(path, timeout=patience, thread_local=False)
     try:
         lock.acquire()
     except Timeout:

@@ -6,13 +6,19 @@ import os
 import runpy
 import sys
 import threading
+import time
 from collections.abc import Sequence
 from multiprocessing import get_context, parent_process
 from pathlib import Path
 
+_PATIENCE = 0.5
+"""Time between two looks at the parent [s]."""
+
 
 def end_with_parent() -> None:
-    """Make this process, started by ``multiprocessing``, end as soon as its parent does, even if that is killed.
+    """Make this process end as soon as its parent does, even if that is killed.
+
+    The parent has started it by ``multiprocessing``, or by joblib.
 
     A pool takes the function as its ``initializer``: an orphaned worker would otherwise wait for work forever, and a
     script would write on beside its successor.
@@ -23,7 +29,11 @@ def end_with_parent() -> None:
 def _wait_for_parent() -> None:
     parent = parent_process()
     assert parent is not None
-    parent.join()
+    if getattr(parent, "_sentinel", None) is not None:
+        parent.join()
+    # Workers of joblib get no handle of their parent.
+    while os.getppid() == parent.pid:
+        time.sleep(_PATIENCE)
     os._exit(1)
 
 

@@ -15,6 +15,7 @@ from ftac_gym.agents.shipped import SHIPPED
 from ftac_gym.evaluation import rollout
 from ftac_gym.evaluation.compare import TABLE_METRICS
 from ftac_gym.evaluation.metrics import UNITS
+from ftac_gym.report import comparison
 from ftac_gym.scenarios import frozen
 
 
@@ -117,7 +118,7 @@ def test_evaluate_with_tuned_gains(stored, tmp_path, capsys, monkeypatch):
     evaluation = module_of("evaluate")
     judged = []
     # The gallery flies every kind of fault, which takes long; it has tests of its own.
-    monkeypatch.setattr(evaluation, "fault_gallery", lambda scenario, policy: judged.append(policy) or Figure())
+    monkeypatch.setattr(comparison, "fault_gallery", lambda scenario, policy: judged.append(policy) or Figure())
     write(stored, "pd", rate_gain=3.0, position_gain=1.0)
     write(stored, "pd_dob", bandwidth=1.0)
     output = tmp_path / "results"
@@ -144,11 +145,11 @@ def test_evaluate_with_tuned_gains(stored, tmp_path, capsys, monkeypatch):
     drawn = {"flagship": evaluation.draw(default, "flagship")}
     assert evaluation.gains_used(default) == "gains of the baselines: pd default, pd_dob default"
     assert default.reports == output
-    results = [run(default, evaluation.resolved(default), drawn, console)]
+    results = [run(default, evaluation.resolved(default), drawn, console)[0]]
     assert len(list(batches.iterdir())) == 4
     write(stored, "pd", rate_gain=3.5, position_gain=1.0)
     anew = evaluation.Config(**arguments, gains="tuned")
-    results.append(run(anew, evaluation.resolved(anew), drawn, console))
+    results.append(run(anew, evaluation.resolved(anew), drawn, console)[0])
     assert len(list(batches.iterdir())) == 5
     returns = [[float(item.metrics["return"][0]) for item in result["flagship"]] for result in results]
     assert returns[0][0] != returns[1][0] and returns[0][1] != returns[1][1]
