@@ -121,8 +121,9 @@ class Batch:
         if self.path is None or not self.path.exists():
             return None
         try:
-            with reading(self.path, "its episodes are flown again", zipfile.BadZipFile, zlib.error):
-                return self._checked(dict(np.load(self.path, allow_pickle=False)))
+            remedy = "its episodes are flown again"
+            with reading(self.path, remedy, zipfile.BadZipFile, zlib.error), self.path.open("rb") as file:
+                return self._checked(dict(np.load(file, allow_pickle=False)))
         except ValueError as error:
             warnings.warn(str(error), stacklevel=2)
             return None

@@ -1,15 +1,21 @@
 """Benchmarks: the same numbers in one process or several, after interruptions, and on a cluster."""
 
+import os
+import subprocess
+import sys
+import textwrap
 from importlib import import_module
+from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.short_benchmarks import BASELINES, EPISODES, FLAGSHIP, SEVERE, TOTAL, entry_of
+from helpers.short_benchmarks import BASELINES, EPISODES, FLAGSHIP, SEVERE, TOTAL
 from helpers.untrained_agents import write_agent
 
-from ftac_gym import baselines, scenarios
+from ftac_gym import scenarios
 from ftac_gym.evaluation import evaluate
 from ftac_gym.evaluation.benchmark import entries_of, fly, frozen_episodes
+from ftac_gym.utils import serialization
 
 
 @pytest.fixture
@@ -155,13 +161,62 @@ def test_frozen_episodes():
         frozen_episodes(["flagship", "flagship_odd"], 3)
 
 
-class Broken(baselines.Baseline):
-    """Custom baseline that fails in flight."""
+def children(process):
+    """Return the ids of a process's children that run."""
+    path = Path(f"/proc/{process}/task/{process}/children")
+    return {int(child) for child in path.read_text().split()} if path.exists() else set()
 
-    def act(self, measurement):
-        return np.where(measurement.time[:, None] > 1.0, np.nan, np.zeros((len(measurement), 4)))
+
+KIND = """
+from dataclasses import dataclass
+from typing import ClassVar
+from ftac_gym import scenarios
+from ftac_gym.faults import CustomKind, FaultDistribution, WheelFault, register
+
+@register
+@dataclass(frozen=True, kw_only=True)
+class Rattle(WheelFault):
+    kind: ClassVar[CustomKind] = CustomKind(100, "rattle")
+
+    def _fill(self, rows, uniform, torque_limit):
+        rows["bias_amplitude"] = 0.1 * torque_limit
+
+faults = FaultDistribution((Rattle(onset=1.0),), fault_counts=(0.0, 1.0))
+task = scenarios.get("flagship").replace(duration=3.0, faults=faults)
+"""
 
 
-def test_an_error_in_flight_names_the_entry():
-    with pytest.raises(ValueError, match=r"broken in flagship: .*finite"):
-        fly([entry_of(Broken)], {"flagship": EPISODES["flagship"]}, "broken", workers=1)
+def test_workers_have_kinds_of_faults_of_a_script_and_leave_with_the_benchmark(small_batches, monkeypatch):
+    """A class of a script or notebook, whose module no worker can import; afterwards no process is idle."""
+    monkeypatch.setattr(serialization, "_CLASSES", serialization.classes())
+    script = {"__name__": "__main__"}
+    exec(KIND, script)
+    episodes = {"rattling": script["task"].draw(0, 4)}
+    before = children(os.getpid())
+    results = [fly(entries_of(["pd"], FLAGSHIP), episodes, "pd", workers=count, measure=False) for count in (1, 2)]
+    (one,), (two,) = (result.evaluations["rattling"]["pd"] for result in results)
+    np.testing.assert_equal(two.metrics, one.metrics)
+    workers = {process for process in children(os.getpid()) - before if "loky" in command_of(process)}
+    assert not {process for process in workers if "tracker" not in command_of(process)}
+
+
+def command_of(process):
+    return Path(f"/proc/{process}/cmdline").read_text().replace("\0", " ")
+
+
+def test_workers_end_with_a_killed_benchmark():
+    program = """
+        import os, time
+        from ftac_gym import scenarios
+        from ftac_gym.evaluation.benchmark import entries_of, fly
+
+        task = scenarios.get("flagship").replace(duration=3.0)
+        fly(entries_of(["pd"], task), {"flagship": task.draw(0, 200)}, "pd", workers=2, measure=False,
+            progress=lambda *_: print("flown", flush=True) or time.sleep(60.0))
+    """
+    process = subprocess.Popen([sys.executable, "-c", textwrap.dedent(program)], stdout=subprocess.PIPE)
+    assert process.stdout.readline() == b"flown\n"
+    workers = {child for child in children(process.pid) if "tracker" not in command_of(child)}
+    process.kill()
+    # The output is closed as soon as all workers have ended.
+    assert process.communicate(timeout=30.0)[0] == b"" and (workers or not Path("/proc").exists())

@@ -1,0 +1,87 @@
+"""Evaluation from the command line: options without an effect, policies that fail, folders that others use."""
+
+import pytest
+from helpers.scripts import module_of
+from matplotlib.figure import Figure
+
+from ftac_gym.report import comparison
+from ftac_gym.utils.files import locked
+
+CUSTOM = """
+import numpy as np
+from ftac_gym.baselines import Baseline
+
+class {name}(Baseline):
+    def act(self, measurement):
+        late = measurement.time[:, None] > 0.5
+        return np.where(late, np.nan, np.zeros((len(measurement), 4)))
+"""
+
+
+@pytest.fixture
+def script():
+    return module_of("evaluate")
+
+
+@pytest.fixture
+def no_gallery(monkeypatch):
+    """Leave out the flights of every kind of fault, which take long."""
+    monkeypatch.setattr(comparison, "fault_gallery", lambda scenario, policy: Figure())
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"benchmark": True, "gains": "tuned"}, "--gains has no effect with --benchmark: "),
+        ({"benchmark": True, "seed": 3}, "--seed has no effect with --benchmark: "),
+        ({"benchmark": True, "detail": 0}, "--detail has no effect with --benchmark: "),
+        ({"benchmark": True, "count_infeasible": True}, "--count-infeasible has no effect with --benchmark: "),
+        ({"benchmark": True, "scenario": "li_2023"}, r"--scenario: 'li_2023' is none of \['flagship', "),
+        ({"benchmark": True, "splits": ("li_2023",)}, r"--splits: 'li_2023' is none of \['flagship', "),
+        ({"benchmark": True, "episodes": 501}, r"--episodes: feasible must be within \[1, 500\], got 501"),
+        ({"benchmark": True, "splits": (), "reference": "nftsm"}, "--benchmark: reference must be one of"),
+        ({"workers": 2}, "--workers has no effect without --benchmark: "),
+        ({"backend": "ray"}, "--backend has no effect without --benchmark: "),
+        ({"splits": ("nowhere",)}, "--splits: 'nowhere' is none of .*'flagship'"),
+    ],
+)
+def test_options_are_obeyed_or_refused(changes, message, script, tmp_path):
+    arguments = {"policies": ("pd", "pd_dob"), "reference": "pd", "episodes": 1, "output": tmp_path, **changes}
+    with pytest.raises(SystemExit, match=f"^{message}"):
+        script.main(script.Config(**arguments))
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_policy_that_fails_is_left_out_and_named_at_the_end(script, no_gallery, tmp_path, monkeypatch, capsys):
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "diverging.py").write_text(CUSTOM.format(name="Late"))
+    output = tmp_path / "results"
+    config = script.Config(
+        policies=("pd", "diverging:Late", "pd_dob"),
+        reference="pd",
+        splits=("flagship_unseen",),
+        episodes=1,
+        output=output,
+    )
+    line = "left out of the tables: diverging:Late in flagship: episode 0: action must be finite"
+    with pytest.raises(SystemExit, match=f"^{line}") as caught:
+        script.main(config)
+    assert "\n" not in str(caught.value.code)
+    assert "diverging:Late in flagship: episode 0: action must be finite" in capsys.readouterr().out
+    report = (output / "flagship" / "report.md").read_text()
+    assert report.startswith("# flagship: pd, pd_dob\n") and f"- {line}" in report
+    for split in ("flagship", "flagship_unseen"):
+        assert "Late" not in (output / split / "episodes.csv").read_text()
+        assert "pd_dob" in (output / split / "summary.csv").read_text()
+    with pytest.raises(SystemExit, match=r"^diverging:Late in .*\n--reference: diverging:Late failed"):
+        script.main(script.Config(**{**vars(config), "reference": "diverging:Late"}))
+
+
+def test_reports_of_two_processes_are_not_mixed(script, no_gallery, tmp_path, monkeypatch):
+    monkeypatch.setattr(comparison, "PATIENCE", 0.1)
+    config = script.Config(policies=("pd",), reference="pd", splits=(), episodes=1, output=tmp_path)
+    with locked(tmp_path), pytest.raises(SystemExit, match=r"^--output: folder must be used by one process at a time"):
+        script.main(config)
+    assert [item.name for item in (tmp_path / "flagship").iterdir()] == ["batches"]
+    script.main(config)
+    assert (tmp_path / "flagship" / "report.md").exists()
