@@ -43,8 +43,8 @@ def identity(scenario: Scenario, policy: Policy) -> str | None:
 
     Returns
     -------
-    The text; None if results cannot be told from those of other code: the policy has no fingerprint, or a class of the
-    scenario was defined in no file.
+    The text; None if results of other code could not be told apart. Then the policy has no fingerprint, or a class of
+    the scenario was defined in no file.
     """
     fingerprint, sources = getattr(policy, "fingerprint", None), _outside_sources(scenario)
     if fingerprint is None or sources is None:
