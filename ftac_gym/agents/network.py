@@ -88,10 +88,10 @@ def build(description: Description, weights: Mapping[str, Array]) -> BasePolicy:
     spaces = [_box_of(description[item], item) for item in ("observation_space", "action_space")]
     for key, value in weights.items():
         _finite(value, key)
-    left = sum(value.size for value in weights.values())
+    left = 4 * sum(value.size for value in weights.values())  # matrices of exploration are as large as weights
 
-    class NoLargerThanItsWeights(TorchFunctionMode):
-        """Refusal of layers for which there are no weights, before they take memory."""
+    class Bounded(TorchFunctionMode):
+        """Refusal of a network far larger than its weights, before it takes memory."""
 
         def __torch_function__(self, function: Any, types: Any, args: Any = (), kwargs: Any = None) -> Any:
             nonlocal left
@@ -100,7 +100,7 @@ def build(description: Description, weights: Mapping[str, Array]) -> BasePolicy:
                 require(left >= 0, "arguments", "must be of a network that has these weights", description["arguments"])
             return function(*args, **(kwargs or {}))
 
-    with torch.random.fork_rng(devices=[]), NoLargerThanItsWeights():
+    with torch.random.fork_rng(devices=[]), Bounded():
         policy: BasePolicy = kind(*spaces, lambda _: 0.0, **arguments)
     expected = policy.state_dict()
     require(set(weights) == set(expected), "weights", f"must be {sorted(expected)}", sorted(weights))
