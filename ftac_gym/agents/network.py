@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -84,7 +85,9 @@ def build(description: Description, weights: Mapping[str, Array]) -> BasePolicy:
     import torch
     from torch.overrides import TorchFunctionMode
 
+    drawn = random.getstate()
     kind, arguments = constructor(description)
+    random.setstate(drawn)  # rich, which Stable-Baselines3 imports, draws when it is imported first
     spaces = [_box_of(description[item], item) for item in ("observation_space", "action_space")]
     for key, value in weights.items():
         _finite(value, key)
@@ -121,8 +124,9 @@ def constructor(description: Description) -> tuple[Any, dict[str, Any]]:
     ValueError
         If one is unknown or breaks a rule.
     """
-    keys = {"observation_space", "action_space", "policy", "arguments"}
-    require(isinstance(description, dict) and set(description) == keys, "network", f"must have {keys}", description)
+    keys = ["observation_space", "action_space", "policy", "arguments"]
+    whole_one = isinstance(description, dict) and set(description) == set(keys)
+    require(whole_one, "network", f"must have {keys}", description)
     name, given = description["policy"], description["arguments"]
     require(name in list(POLICIES), "policy", f"must be one of {list(POLICIES)}", name)
     module, names = POLICIES[name]

@@ -42,9 +42,8 @@ _BEHAVIOUR = ("interface", "network", "normalizer", "weights")
 """Entries of a card on which the actions of an agent depend."""
 
 _REMEDY = "restore the whole folder from a copy, or train the agent again"
-_CONVERT = (
-    "must be of this version; convert an older one once, if you trust it: python train/convert.py OLD NEW --trust"
-)
+_OLDER = "must be of this version; pickles run code when they are read. Convert one that you trust, once: "
+_OLDER += "python train/convert.py OLD NEW --trust"
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,13 +141,13 @@ def read_card(folder: Path) -> dict[str, Any]:
     """
     path = folder / CARD_FILE
     zipped = folder.is_file() or any(folder.glob("*.zip"))
-    rule = "and a zip of Stable-Baselines3 is none: it runs code when it is read" if zipped else "with the card of one"
-    require(path.is_file() or zipped, "agent", f"must be a folder with {CARD_FILE}", str(folder))
-    require(path.is_file(), "agent", f"{_CONVERT}; {rule}", str(folder))
+    require(path.is_file() or not zipped, "agent", _OLDER, str(folder))
+    require(path.is_file(), "agent", f"must be a folder with {CARD_FILE}", str(folder))
     with reading(path, _REMEDY):
         card = parse_json(path.read_bytes())
         require(isinstance(card, dict), "card", "must be an object", type(card).__name__)
-        require("weights" in card or not ("normalized" in card or zipped), "card", _CONVERT, sorted(card))
+    require("weights" in card or not (zipped or "normalized" in card), "agent", _OLDER, str(folder))
+    with reading(path, _REMEDY):
         for name in (*_BEHAVIOUR, "digest"):
             require(name in card, name, "must be in the card", sorted(card))
         _check_provenance({name: card[name] for name in card if name not in (*_BEHAVIOUR, "digest")})
