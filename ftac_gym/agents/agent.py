@@ -120,7 +120,7 @@ class Agent:
             If the agent's spaces do not fit the environment.
         """
         wrapped = self.interface.wrap(env)
-        given, trained = wrapped.single_observation_space.shape, self._sizes[1]
+        given, trained = wrapped.single_observation_space.shape, self.observation_size
         rule = f"must have been trained on observations of {given[0]} entries, as {env.scenario.name} gives in the "
         rule += f"{self.tier} tier: fly it on the scenario of its card, or train one for this"
         require(given == (trained,), "agent", rule, trained)
@@ -130,10 +130,14 @@ class Agent:
         return wrapped
 
     @property
-    def _sizes(self) -> tuple[int, int]:
-        """Entries of the observation for the network and for its actor, without those for the critic alone."""
-        whole = (self.policy.observation_space.shape or (0,))[0]
-        return whole, int(getattr(self.policy, "actor_size", whole))
+    def observation_size(self) -> int:
+        """Entries of the observation that the agent is given: those of its actor."""
+        return int(getattr(self.policy, "actor_size", self._whole_size))
+
+    @property
+    def _whole_size(self) -> int:
+        """Entries of the observation of the network, with those for a critic that sees the faults."""
+        return (self.policy.observation_space.shape or (0,))[0]
 
     def predict(
         self, observation: npt.NDArray[Any], state: Any = None, episode_start: Any = None, deterministic: bool = True
@@ -147,9 +151,8 @@ class Agent:
         start = none if episode_start is None else np.asarray(episode_start, dtype=np.bool_)
 
         def decide(memory: Any) -> Any:
-            whole, actor = self._sizes
             # The entries for the critic alone are zero in flight.
-            padded = np.pad(observation, ((0, 0), (0, whole - actor)))
+            padded = np.pad(observation, ((0, 0), (0, self._whole_size - self.observation_size)))
             if self.normalizer is not None:
                 padded = self.normalizer.normalize(padded)
             return self.policy.predict(padded, memory, start, deterministic)

@@ -88,11 +88,9 @@ def _convert(path: Path, target: Path) -> bool:
             normalizer = Normalizer.of(pickle.loads(statistics.read_bytes()))
     agent = Agent(model.policy, normalizer, interface)
     agent.save(target, **card)
-    size = agent.policy.observation_space.shape
-    assert size is not None
-    observations = np.random.default_rng(0).normal(0.0, 2.0, (_TRIALS, *size)).astype(np.float32)
+    observations = np.random.default_rng(0).normal(0.0, 2.0, (_TRIALS, agent.observation_size)).astype(np.float32)
     (actions, _), (again, _) = (item.predict(observations) for item in (agent, Agent.load(target)))
-    assert np.array_equal(actions, again), "the new agent acts unlike the old one"
+    require(np.array_equal(actions, again), "new", "must act as the old agent does", str(target))
     return normalizer is not None
 
 
