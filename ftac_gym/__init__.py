@@ -13,12 +13,13 @@ import gymnasium as gym
 
 if TYPE_CHECKING:
     from ftac_gym import baselines, evaluation, faults, scenarios, wrappers
-    from ftac_gym.dynamics import Simulator
+    from ftac_gym.dynamics import DivergenceError, Simulator
     from ftac_gym.task import Episodes, InitialState, Measurement, Scenario
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "DivergenceError",
     "Episodes",
     "InitialState",
     "Measurement",
@@ -58,7 +59,8 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     if name[0].islower():
         return import_module(f"ftac_gym.{name}")
-    return getattr(import_module("ftac_gym.dynamics" if name == "Simulator" else "ftac_gym.task"), name)
+    package = "dynamics" if name in ("DivergenceError", "Simulator") else "task"
+    return getattr(import_module(f"ftac_gym.{package}"), name)
 
 
 def __dir__() -> list[str]:

@@ -137,15 +137,22 @@ def sense(
     measured_attitude: Any,
     measured_rate: Any,
     star_tracker_valid: Any,
-) -> None:
+    largest_rate: float,
+) -> int:
     """Update the reference and the measurement of the listed rows after a reset or a control period, in place.
 
     Reference and measurement arrays are (N, 4) or (N, 3), the rate and acceleration of the reference in the reference
     frame's axes. The noise is a function of (key, episode, tick) alone. The gyro bias walks by one step for every tick
     after the first. While the star tracker is out, the measured attitude is the last one, turned by the mean of the
     last two measured rates.
+
+    Returns
+    -------
+    Number of rows that have diverged: those with a rate beyond ``largest_rate`` [rad/s], or with an entry that is not
+    finite.
     """
     period = step * substeps
+    diverged = 0
     for index in range(rows.shape[0]):
         i = rows[index]
         tick = ticks[i]
@@ -205,3 +212,12 @@ def sense(
                 measured = quaternion_product(measured, rotation(turn))
             store_unit(measured_attitude, i, measured)
         store3(measured_rate, i, seen)
+        # Zero unless a term is infinite or not a number, and no comparison with such a sum is true.
+        excess = 0.0
+        for k in range(3):
+            excess += 0.0 * (seen[k] + reference_rate[i, k] + reference_acceleration[i, k])
+        for k in range(4):
+            excess += 0.0 * (measured_attitude[i, k] + reference_attitude[i, k])
+        if not norm3(w) + excess <= largest_rate:
+            diverged += 1
+    return diverged

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ftac_gym.dynamics.divergence import divergence
 from ftac_gym.dynamics.merging import merged, with_faults
 from ftac_gym.dynamics.plant import advance
 from ftac_gym.dynamics.sensing import sense
@@ -16,6 +17,7 @@ from ftac_gym.faults import DrawnFaults, FaultEffect, fault_effect
 from ftac_gym.faults.table import LONGEST_DELAY
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.reach import LARGEST_TURN
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.task.vibration import modal_energy, vibration_torque
 from ftac_gym.utils.parameters import FloatArray, require
@@ -59,6 +61,7 @@ class Simulator:
         uncertainty = scenario.inertia_uncertainty
         self._rate_torque = uncertainty is not None and uncertainty.rate_torque
         self._step, self._substeps = scenario.physics_step, scenario.substeps
+        self._largest_rate = LARGEST_TURN / scenario.physics_step
 
         count = self.num_spacecraft
         self.state = State.at_rest(count, wheels.count, scenario.spacecraft.modes)
@@ -171,6 +174,8 @@ class Simulator:
             If the command has the wrong shape or is not finite.
         RuntimeError
             If the simulator was never reset.
+        DivergenceError
+            If a spacecraft has diverged: its state is not finite, or too fast for the physics step.
         """
         torque = np.asarray(command, dtype=np.float64)
         shape = self.last_command.shape
@@ -267,12 +272,23 @@ class Simulator:
 
     def _sense(self, rows: npt.NDArray[np.int64]) -> None:
         episodes, state = self._drawn(), self.state
-        sense(
+        diverged = sense(
             rows, state.attitude, state.rate, self.ticks, self._step, self._substeps, episodes.reference,
             episodes.set_points, self.reference_attitude, self.reference_rate, self.reference_acceleration,
             episodes.sensors, episodes.sensor_faults, episodes.switches, episodes.key, episodes.index,
-            self._gyro_bias, self.measured_attitude, self.measured_rate, self.star_tracker_valid,
+            self._gyro_bias, self.measured_attitude, self.measured_rate, self.star_tracker_valid, self._largest_rate,
         )  # fmt: skip
+        if diverged:
+            names = ("wheel_momentum", "modal_displacement", "modal_rate", "rate", "attitude")
+            seen = (
+                "measured_rate",
+                "measured_attitude",
+                "reference_rate",
+                "reference_acceleration",
+                "reference_attitude",
+            )
+            parts = {name: getattr(state, name) for name in names}, {name: getattr(self, name) for name in seen}
+            raise divergence(*parts, self.time, rows, self._largest_rate)
 
 
 def _copied(episodes: Episodes, scenario: Scenario) -> Episodes:

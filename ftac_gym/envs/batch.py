@@ -86,6 +86,9 @@ class SpacecraftBatch:
         ------
         ValueError
             If the action has the wrong shape or is not finite.
+        DivergenceError
+            If a spacecraft has diverged. The others have completed the step: after a reset of those that the error
+            names, all go on.
         """
         fraction = np.asarray(action, dtype=np.float64)
         if fraction.shape != self._limits.shape:
@@ -97,10 +100,12 @@ class SpacecraftBatch:
         np.minimum(fraction, 1.0, out=command)
         np.maximum(command, -1.0, out=command)
         np.multiply(command, self._limits, out=command)
-        simulator.advance()
         observation = np.empty((len(self.indices), self.observer.layout.size), dtype=np.float32)
-        self.observer.observe(self.indices, observation)
-        terms, terminated = self.reward.update(self.indices)
+        try:
+            simulator.advance()
+        finally:  # The filters of the others take every step, even if one has diverged.
+            self.observer.observe(self.indices, observation)
+            terms, terminated = self.reward.update(self.indices)
         return observation, terms, terminated, simulator.ticks >= self.horizon
 
     def facts(self) -> dict[str, FloatArray | BoolArray]:

@@ -9,7 +9,17 @@ import numpy.typing as npt
 from ftac_gym.faults.fault import WheelFault, magnitude
 from ftac_gym.faults.table import LONGEST_DELAY, FaultKind
 from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.utils.parameters import FloatArray, Interval, bounds, draw, flag, normalise, positive_interval, require
+from ftac_gym.utils.parameters import (
+    FloatArray,
+    Interval,
+    bounds,
+    draw,
+    flag,
+    largest,
+    normalise,
+    positive_interval,
+    require,
+)
 from ftac_gym.utils.serialization import serializable
 
 DIRECTIONS = ("both", "forward", "backward", "either")
@@ -117,6 +127,16 @@ class Bias(WheelFault):
         """Check and normalise the fields."""
         super().__post_init__()
         normalise(self, flag, "random_sign")
+
+    def largest_torque(self, time: float) -> float:
+        """Return a bound on the torque [N m] in an episode of a length [s]; infinite beyond double precision."""
+        if self.recovery is not None:
+            time = min(time, bounds(self.recovery)[1] - bounds(self.onset)[0])
+        elif self.duration is not None:
+            time = min(time, bounds(self.duration)[1])
+        with np.errstate(over="ignore"):
+            swing = largest(self.amplitude) * max(1.0, float(np.power(time, largest(self.exponent))))
+        return largest(self.constant) + largest(self.slope) * time + swing
 
     def _fill(self, rows: npt.NDArray[np.void], uniform: FloatArray, torque_limit: FloatArray) -> None:
         if self.random_sign:

@@ -1,5 +1,6 @@
 """External torques: a constant and harmonics, with a factor that may grow with the body rate."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,10 +10,12 @@ from ftac_gym.utils.parameters import (
     FloatArray,
     Interval,
     Intervals,
+    bounds,
     draw,
     draw_axes,
     interval,
     intervals,
+    largest,
     non_negative,
     normalise,
     optional,
@@ -85,6 +88,20 @@ class Disturbance:
     def uniform_count(self) -> int:
         """Number of uniform deviates of one episode."""
         return 3 + 7 * len(self.harmonics)
+
+    def largest_torque(self, moment: float) -> float:
+        """Return a bound on the torque [N m], before any scaling with the rate; it does not depend on the inertia."""
+        sizes = [self.constant, *(harmonic.amplitude for harmonic in self.harmonics)]
+        return math.hypot(*(sum(largest(size[axis]) for size in sizes) for axis in range(3)))
+
+    def swing(self, time: float) -> float:
+        """Return a bound on the impulse of the torque within a time [N m s], in body axes: harmonics turn back."""
+        lasting = math.hypot(*(largest(value) * time for value in self.constant))
+        for harmonic in self.harmonics:
+            slowest = min(abs(bound) for bound in bounds(harmonic.frequency))
+            wave = min(time, 2.0 / slowest) if slowest > 0.0 else time
+            lasting += math.hypot(*map(largest, harmonic.amplitude)) * wave
+        return lasting
 
     def draw(
         self, uniform: FloatArray, inertia: FloatArray | None = None

@@ -1,5 +1,6 @@
 """True inertia of a spacecraft, which differs from the nominal one."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,6 +70,17 @@ class InertiaUncertainty:
     def uniform_count(self) -> int:
         """Number of uniform deviates of one episode."""
         return 6
+
+    def extremes(self, nominal: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return matrices (3, 3) whose eigenvalues bound the principal moments of the inertia [kg m^2].
+
+        The moments of a stretched body lie between those of the nominal one times the squares of the least and the
+        largest stretch, which Gershgorin's circles bound.
+        """
+        shear, swing = self.relative / 4.0, np.diag(np.abs(self.amplitude))
+        offset = np.zeros((3, 3)) if self.offset is None else np.array(self.offset)
+        least, largest = max(math.sqrt(1.0 - self.relative) - shear, 0.0), math.sqrt(1.0 + self.relative) + shear
+        return least**2 * nominal + offset - swing, largest**2 * nominal + offset + swing
 
     def draw(self, nominal: FloatArray, uniform: FloatArray) -> npt.NDArray[np.void]:
         """Draw the true inertia of N spacecraft.

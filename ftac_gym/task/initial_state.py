@@ -18,6 +18,7 @@ from ftac_gym.utils.parameters import (
     draw,
     interval,
     is_number,
+    largest,
     non_negative,
     normalise,
     optional,
@@ -105,9 +106,40 @@ class InitialState:
         name = "wheel_momentum" if is_number(momentum) else "fixed_wheel_momentum"
         return cls(attitude=unit_quaternion(attitude, "attitude"), rate=vector(rate, 3, "rate"), **{name: momentum})
 
+    @property
+    def largest_rate(self) -> float:
+        """Largest body rate [rad/s]."""
+        return self.max_rate if self.rate is None else math.hypot(*self.rate)
+
+    def largest_momentum(self, wheels: int) -> FloatArray:
+        """Return the largest momentum of each wheel (wheels,) [N m s]."""
+        if self.fixed_wheel_momentum is None:
+            return np.full(wheels, largest(self.wheel_momentum))
+        return np.abs(self.fixed_wheel_momentum)
+
     def uniform_count(self, wheels: int, modes: int = 0) -> int:
         """Return the number of uniform deviates that one episode needs."""
         return 7 + wheels + 2 * modes
+
+    def check(self, momentum_limits: FloatArray, modes: int = 0) -> None:
+        """Check the start against momentum limits (wheels,) [N m s] and the number of vibration modes.
+
+        Raises
+        ------
+        ValueError
+            If a wheel would start beyond its momentum limit, or the number of momenta is not that of the wheels. Also
+            if the number of modal displacements or rates is not that of the modes.
+        """
+        wheels = len(momentum_limits)
+        if self.fixed_wheel_momentum is not None:
+            given = len(self.fixed_wheel_momentum)
+            require(given == wheels, "fixed_wheel_momentum", f"must have {wheels} values, one per wheel", given)
+        for name in _MODAL:
+            if (values := getattr(self, name)) is not None:
+                require(len(values) == modes, name, f"must have {modes} entries, one per mode", len(values))
+        most = self.largest_momentum(wheels)
+        within = bool(np.all(most <= momentum_limits))
+        require(within, "wheel_momentum", f"must stay within the limits {momentum_limits}", most.tolist())
 
     def draw(self, uniform: FloatArray, momentum_limits: FloatArray, modes: int = 0) -> npt.NDArray[np.void]:
         """Draw N starts.
@@ -124,9 +156,9 @@ class InitialState:
         Raises
         ------
         ValueError
-            If a wheel would start beyond its momentum limit, or the number of momenta is not that of the wheels. Also
-            if the number of modal displacements or rates is not that of the modes.
+            If the start does not fit the wheels or the modes; see :meth:`check`.
         """
+        self.check(momentum_limits, modes)
         count, wheels = len(uniform), len(momentum_limits)
         table = np.zeros(count, initial_dtype(wheels, modes))
         if self.attitude is not None:
@@ -144,16 +176,10 @@ class InitialState:
         if self.fixed_wheel_momentum is None:
             table["wheel_momentum"] = draw(self.wheel_momentum, uniform[:, 7 : 7 + wheels])
         else:
-            given = len(self.fixed_wheel_momentum)
-            require(given == wheels, "fixed_wheel_momentum", f"must have {wheels} values, one per wheel", given)
             table["wheel_momentum"] = self.fixed_wheel_momentum
         for number, name in enumerate(_MODAL):
             if (values := getattr(self, name)) is None:
                 continue
-            require(len(values) == modes, name, f"must have {modes} entries, one per mode", len(values))
             for mode, value in enumerate(values):
                 table[name][:, mode] = draw(value, uniform[:, 7 + wheels + number * modes + mode])
-        largest = np.abs(table["wheel_momentum"]).max(axis=0, initial=0.0)
-        within = bool(np.all(largest <= momentum_limits))
-        require(within, "wheel_momentum", f"must stay within the limits {momentum_limits}", largest.tolist())
         return table

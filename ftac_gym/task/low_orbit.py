@@ -22,8 +22,10 @@ from ftac_gym.task.disturbances import DISTURBANCE, HARMONIC
 from ftac_gym.utils.parameters import (
     FloatArray,
     Interval,
+    bounds,
     draw,
     interval,
+    largest,
     non_negative,
     non_negative_interval,
     normalise,
@@ -186,6 +188,18 @@ class LowOrbitTorque:
     def uniform_count(self) -> int:
         """Number of uniform deviates of one episode."""
         return 17
+
+    def largest_torque(self, moment: float) -> float:
+        """Return a bound on the torque [N m] on a body whose largest principal moment is given [kg m^2]."""
+        lowest = bounds(self.altitude)[0]
+        radius = EARTH_RADIUS + lowest
+        density = largest(self.density_factor) * float(atmospheric_density(np.array(lowest)))
+        speed_squared = GRAVITATIONAL_PARAMETER / radius
+        drag = 0.5 * density * speed_squared * self.drag_coefficient * largest(self.drag_area)
+        sunlight = SOLAR_PRESSURE * (1.0 + self.reflectivity) * largest(self.solar_area)
+        gradient = 3.0 * GRAVITATIONAL_PARAMETER / radius**3 * moment
+        dipole = 2.0 * MAGNETIC_MOMENT / radius**3 * largest(self.residual_dipole)
+        return (drag + sunlight) * largest(self.pressure_offset) + gradient + dipole
 
     def draw(self, uniform: FloatArray, inertia: FloatArray) -> tuple[npt.NDArray[np.void], npt.NDArray[np.void]]:
         """Draw N torques.

@@ -3,6 +3,7 @@
 Each kind of reference fills two record arrays that the plant reads: REFERENCE (N,) and SET_POINT (N, points).
 """
 
+import math
 from dataclasses import dataclass
 from enum import IntEnum
 from itertools import pairwise
@@ -18,6 +19,7 @@ from ftac_gym.utils.parameters import (
     Vector,
     draw_axes,
     intervals,
+    largest,
     normalise,
     require,
     unit_quaternion,
@@ -80,6 +82,11 @@ class SetPoints:
     def moving(self) -> bool:
         """True for a reference that has a rate."""
         return False
+
+    @property
+    def largest_rate(self) -> float:
+        """Bound on the rate of the reference [rad/s]."""
+        return 0.0
 
     @property
     def uniform_count(self) -> int:
@@ -151,6 +158,11 @@ class MRPSinusoid(_Sinusoid):
 
     _kind = ReferenceKind.MRP_SINUSOID
 
+    @property
+    def largest_rate(self) -> float:
+        """Bound on the rate of the reference [rad/s]: at most four times that of the parameters."""
+        return 4.0 * math.hypot(*(largest(a) * largest(f) for a, f in zip(self.amplitude, self.frequency, strict=True)))
+
 
 @serializable
 @dataclass(frozen=True)
@@ -179,6 +191,11 @@ class RateProfile(_Sinusoid):
         """Check and normalise the fields."""
         super().__post_init__()
         normalise(self, unit_quaternion, "attitude")
+
+    @property
+    def largest_rate(self) -> float:
+        """Bound on the rate of the reference [rad/s]."""
+        return math.hypot(*(largest(c) + largest(a) for c, a in zip(self.constant, self.amplitude, strict=True)))
 
 
 def fixed_attitude(attitude: Vector = IDENTITY) -> SetPoints:

@@ -21,12 +21,13 @@ from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.feasibility import Demand, feasibility_labels
 from ftac_gym.task.inertia import InertiaUncertainty
 from ftac_gym.task.initial_state import InitialState
+from ftac_gym.task.integrability import check_motion, check_numbers
 from ftac_gym.task.low_orbit import LowOrbitTorque
 from ftac_gym.task.objective import RewardWeights, SuccessCriterion
 from ftac_gym.task.prescribed_bound import PrescribedBound
 from ftac_gym.task.references import Reference, SetPoints
 from ftac_gym.task.sensors import SENSOR, SensorErrors
-from ftac_gym.task.vibration import LARGEST_PHASE, AppendageUncertainty, check_modes, exact_modes, fastest_pole
+from ftac_gym.task.vibration import AppendageUncertainty, check_modes
 from ftac_gym.utils.parameters import (
     FloatArray,
     Matrix,
@@ -116,6 +117,7 @@ class Scenario:
             require(isinstance(value, hint), name, f"must be a {names}", value)
         normalise(self, positive, "control_period", "physics_step", "duration")
         normalise(self, optional(positive), "tumble_rate")
+        check_numbers(self)
         for name, unit_name, count in (
             ("control_period", "physics_step", self.substeps),
             ("duration", "control_period", self.horizon),
@@ -123,19 +125,17 @@ class Scenario:
             value, unit = getattr(self, name), getattr(self, unit_name)
             whole = count >= 1 and abs(count * unit - value) <= 1e-9 * max(1.0, value)
             require(whole, name, f"must be a multiple of {unit_name} = {unit!r} s", value)
+        with fields_named("initial_state."):
+            self.initial_state.check(self.spacecraft.wheels.momentum_limits, self.spacecraft.modes)
         if self.misalignment is not None:
             error = matrix(self.misalignment, 3, self.spacecraft.wheels.count, "misalignment")
             rank = int(np.linalg.matrix_rank(self.spacecraft.wheels.axis_matrix + error, tol=1e-3))
             nominal = int(np.linalg.matrix_rank(self.spacecraft.wheels.axis_matrix))
             require(rank == nominal, "misalignment", f"must leave axes that span {nominal} dimensions", rank)
             object.__setattr__(self, "misalignment", rows(error))
-        if (appendages := self.spacecraft.appendages) is not None:
-            fastest = float(fastest_pole(exact_modes(appendages, 1), self.spacecraft.inertia_matrix[None])[0])
-            longest = LARGEST_PHASE / fastest
-            rule = f"must be at most {longest:.3g} s: the fastest pole of the modes is {fastest:.4g} 1/s"
-            require(self.physics_step * fastest <= LARGEST_PHASE, "physics_step", rule, self.physics_step)
         if (uncertainty := self.appendage_uncertainty) is not None:
-            require(appendages is not None, "appendage_uncertainty", "needs a spacecraft with appendages", uncertainty)
+            bends = self.spacecraft.appendages is not None
+            require(bends, "appendage_uncertainty", "needs a spacecraft with appendages", uncertainty)
         if self.faults is not None:
             with fields_named("faults.", friction="spacecraft.wheels.friction"):
                 self.faults.check(self.spacecraft.wheels)
@@ -146,6 +146,7 @@ class Scenario:
                 if fault.mean_acting is not None and fault.mean_resting is not None:
                     enough = fault.mean_acting + fault.mean_resting >= shortest
                     require(enough, "mean_acting", rule, fault.mean_acting)
+        check_motion(self)
 
     @property
     def substeps(self) -> int:

@@ -59,6 +59,10 @@ class AppendageUncertainty:
         table["coupling"] *= draw(self.coupling, third)[:, :, None]
         return table
 
+    def extreme(self, nominal: FlexibleAppendages) -> npt.NDArray[np.void]:
+        """Return the modes with the largest factors, MODE records (1, k)."""
+        return self.draw(nominal, np.ones((1, self.uniform_count(nominal.count))))
+
 
 def exact_modes(nominal: FlexibleAppendages | None, count: int) -> npt.NDArray[np.void]:
     """Return MODE records (count, k) of spacecraft whose true modes are the nominal ones; k = 0 for rigid bodies."""
@@ -94,9 +98,9 @@ def check_modes(modes: npt.NDArray[np.void], inertia: npt.NDArray[np.void], phys
     smallest = float(np.linalg.eigvalsh(least).min(initial=np.inf))
     rule = "must leave J - delta' delta of every spacecraft positive definite; the smallest eigenvalue drawn [kg m^2]"
     require(smallest > 0.0, "appendage_uncertainty and inertia_uncertainty", rule, smallest)
-    phase = float(fastest_pole(modes, inertia["constant"]).max(initial=0.0)) * physics_step
-    rule = f"must be at most {LARGEST_PHASE:g} over the fastest pole of the modes; the fastest drawn times the step"
-    require(phase <= LARGEST_PHASE, "physics_step", rule, phase)
+    fastest = float(fastest_pole(modes, inertia["constant"]).max(initial=0.0))
+    rule = f"must be at most {LARGEST_PHASE / fastest:.3g} s: the fastest pole of the modes is {fastest:.4g} 1/s"
+    require(fastest * physics_step <= LARGEST_PHASE, "physics_step", rule, physics_step)
 
 
 def fastest_pole(modes: npt.NDArray[np.void], inertia: FloatArray) -> FloatArray:

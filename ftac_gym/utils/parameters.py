@@ -209,13 +209,13 @@ def interval(
         checked: Interval = (finite(value[0], field), finite(value[1], field))
     else:
         checked = finite(value, field)
-    least, largest = bounds(checked)
-    require(least <= largest, field, "must have low <= high", value)
+    least, most = bounds(checked)
+    require(least <= most, field, "must have low <= high", value)
     if high < math.inf:
         rule = f"must stay within [{low:g}, {'pi' if high == math.pi else f'{high:g}'}]"
     else:
         rule = "must not be negative" if low == 0.0 else f"must not be below {low:g}"
-    require(low <= least and largest <= high, field, rule, value)
+    require(low <= least and most <= high, field, rule, value)
     require(above < least, field, "must be positive" if above == 0.0 else f"must exceed {above:g}", value)
     return checked
 
@@ -241,6 +241,11 @@ def intervals(values: Sequence[Interval], field: str) -> Intervals:
 def bounds(value: Interval) -> tuple[float, float]:
     """Return (low, high) of an interval; both are the value itself when it is fixed."""
     return value if isinstance(value, tuple) else (value, value)
+
+
+def largest(value: Interval) -> float:
+    """Return the largest magnitude in an interval."""
+    return max(abs(bound) for bound in bounds(value))
 
 
 def draw(value: Interval, uniform: FloatArray) -> FloatArray:

@@ -187,17 +187,17 @@ def test_the_integrator_converges_with_order_four():
         rate=(0.5, -0.6, 0.4),
         momentum=(5.0, -3.0, 4.0, 1.0),
         **shaken(4),
-        control_period=0.8,
+        control_period=0.4,
         disturbance=DISTURBANCE,
         inertia_uncertainty=InertiaUncertainty(**VARYING, rate_torque=True),
         duration=800.0,
     )
-    commands = np.random.default_rng(0).uniform(-0.2, 0.2, (10, 4))
+    commands = np.random.default_rng(0).uniform(-0.2, 0.2, (20, 4))
 
     def end(step):
         return flown(scenario.replace(physics_step=step), commands)[-1]
 
-    truth = end(0.8 / 256)
+    truth = end(0.4 / 128)
     errors = [np.linalg.norm(end(step) - truth) for step in (0.1, 0.05, 0.025)]
     assert errors[0] > 1e-7
     for coarse, fine in pairwise(errors):

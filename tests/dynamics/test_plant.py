@@ -192,7 +192,7 @@ def test_integrator_converges_with_order_four(coupling):
         ),
         disturbance=Disturbance((0.0,) * 3, (Harmonic((0.5, 0.4, 0.3), 1.1),), rate_offset=0.1),
         inertia_uncertainty=InertiaUncertainty(amplitude=(1.0, 2.0, 1.5), frequency=(0.9,) * 3, rate_torque=True),
-        physics_step=0.8,
+        physics_step=0.1,
         duration=800.0,
     )
     commands = np.random.default_rng(0).uniform(-0.2, 0.2, (10, 4))

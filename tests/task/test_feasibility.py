@@ -106,8 +106,8 @@ def test_disturbance_must_leave_the_reserve(size, expected):
     assert feasible(wheels=ROOMY, disturbance=Disturbance(constant=(0.0, size, 0.0))) == expected
     swing = Disturbance((0.0, 0.1, 0.0), (Harmonic((0.0, size - 0.1, 0.0), frequency=1.0, phase=(0.0, 2.0, 0.0)),))
     assert feasible(wheels=ROOMY, disturbance=swing) == expected
-    scaled = Disturbance((0.0, 100.0 * size, 0.0), rate_offset=0.0)
-    assert feasible(wheels=ROOMY, disturbance=scaled, rate=(0.1, 0.0, 0.0)) == expected
+    scaled = Disturbance((0.0, 4.0 * size, 0.0), rate_offset=0.0)
+    assert feasible(wheels=ROOMY, disturbance=scaled, rate=(0.5, 0.0, 0.0)) == expected
 
 
 def test_a_fault_after_the_end_does_not_count():

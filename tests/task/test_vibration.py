@@ -154,14 +154,14 @@ def test_the_modes_have_random_numbers_of_their_own():
     ],
     ids=["coupling", "inertia", "varying inertia", "both"],
 )
-def test_a_craft_without_a_body_is_not_drawn(changes):
-    scenario = flexible_scenario(random_appendages(4, share=0.5)).replace(**changes)
+def test_a_craft_without_a_body_is_refused(changes):
+    scenario = flexible_scenario(random_appendages(4, share=0.5))
     message = (
         "appendage_uncertainty and inertia_uncertainty must leave J - delta' delta of every spacecraft positive "
         r"definite; the smallest eigenvalue drawn \[kg m\^2\], got -"
     )
     with pytest.raises(ValueError, match=message):
-        scenario.draw(0, 100)
+        scenario.replace(**changes)
 
 
 def test_every_drawn_craft_of_the_flexible_scenario_has_a_body():

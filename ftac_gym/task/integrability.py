@@ -1,0 +1,167 @@
+"""Limits of what the plant integrates: a scenario beyond them is refused before anything flies."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ftac_gym.faults.sensor_faults import GyroBiasStep
+from ftac_gym.faults.wheel_faults import Bias
+from ftac_gym.task.inertia import InertiaUncertainty, exact_inertia
+from ftac_gym.task.reach import LARGEST_TURN, check_reach
+from ftac_gym.task.references import MRPSinusoid, RateProfile
+from ftac_gym.task.vibration import LARGEST_PHASE, AppendageUncertainty, check_modes
+from ftac_gym.utils.parameters import FloatArray, Interval, largest, require
+
+if TYPE_CHECKING:
+    from ftac_gym.task.scenario import Scenario
+
+LARGEST_NUMBER = 1e12
+"""Limit of every number of a scenario: products of ten of them stay within double precision."""
+
+SMALLEST_SCALE = 1e-15
+"""Limit of numbers that others are divided by, for the same reason."""
+
+SHORTEST_STEP = 1e-6
+"""Limit of the steps [s]: the plant takes times as equal that are 1e-9 s apart."""
+
+MOST_SUBSTEPS = 100_000
+"""Limit of the physics steps of a control period: the torques at all of them are held in memory."""
+
+MOST_PERIODS = 2**32
+"""Limit of the control periods of an episode: the noise of the sensors counts them in 32 bits."""
+
+
+def check_numbers(scenario: Scenario) -> None:
+    """Check each number of a scenario for itself.
+
+    Raises
+    ------
+    ValueError
+        If a number is too large, or a step is too short.
+    """
+    _check_size(scenario, "")
+    for name in ("physics_step", "control_period"):
+        value = getattr(scenario, name)
+        require(value >= SHORTEST_STEP, name, f"must be at least {SHORTEST_STEP:g} s", value)
+    wheels = scenario.spacecraft.wheels
+    scales: dict[str, FloatArray | float] = {
+        f"spacecraft.wheels.{name}": np.array(value)
+        for name in ("torque_limit", "momentum_limit", "spin_inertia", "speed_limit", "lag", "power_limit")
+        if (value := getattr(wheels, name)) is not None
+    }
+    for index, friction in enumerate(wheels.frictions):
+        if friction is not None:
+            scales[f"spacecraft.wheels.friction[{index}].breakaway_speed"] = friction.breakaway_speed
+    if (appendages := scenario.spacecraft.appendages) is not None:
+        scales["spacecraft.appendages.frequencies"] = np.array(appendages.frequencies)
+    scales["success.angle"], scales["success.rate"] = scenario.success.angle, scenario.success.rate
+    for path, fault in _faults(scenario):
+        if isinstance(fault, Bias):
+            torque = fault.largest_torque(scenario.duration)
+            rule = f"must stay within {LARGEST_NUMBER:g} N m until the end of the episode"
+            require(torque <= LARGEST_NUMBER, path, rule, torque)
+    for name, values in scales.items():
+        least = float(np.min(values))
+        require(least >= SMALLEST_SCALE, name, f"must be at least {SMALLEST_SCALE:g}", least)
+
+
+def check_motion(scenario: Scenario) -> None:
+    """Check that the plant can integrate whatever the numbers of a scenario make together.
+
+    Raises
+    ------
+    ValueError
+        If a part is too fast for the physics step, or a sensor error is larger than what it measures.
+    """
+    rule = f"must fit at most {MOST_SUBSTEPS} times into a control_period"
+    require(scenario.substeps <= MOST_SUBSTEPS, "physics_step", rule, scenario.physics_step)
+    rule = f"must be at most {MOST_PERIODS} control periods"
+    require(scenario.horizon <= MOST_PERIODS, "duration", rule, scenario.duration)
+    _check_body(scenario)
+    check_reach(scenario)
+    _check_sensors(scenario)
+    _check_frequencies(scenario)
+
+
+def _check_sensors(scenario: Scenario) -> None:
+    """Check that sensor errors are not larger than what they measure."""
+    # A gyro need not report more than the plant integrates.
+    fastest = LARGEST_TURN / scenario.physics_step
+    rates: dict[str, Interval] = {}
+    if (sensors := scenario.sensors) is not None:
+        require(
+            sensors.attitude_noise <= math.pi, "sensors.attitude_noise", "must be at most pi", sensors.attitude_noise
+        )
+        rates["sensors.rate_noise"], rates["sensors.gyro_bias"] = sensors.rate_noise, sensors.gyro_bias
+        longest = fastest / math.sqrt(scenario.duration)
+        rule = f"must be at most {longest:.4g}: by the end of the episode it adds up to {fastest:.4g} rad/s"
+        require(sensors.gyro_bias_walk <= longest, "sensors.gyro_bias_walk", rule, sensors.gyro_bias_walk)
+    for path, fault in _faults(scenario):
+        if isinstance(fault, GyroBiasStep):
+            rates[f"{path}.size"] = fault.size
+    for name, value in rates.items():
+        rule = f"must be at most {fastest:.4g} rad/s, {LARGEST_TURN:g} rad in a physics_step"
+        require(largest(value) <= fastest, name, rule, value)
+
+
+def _check_frequencies(scenario: Scenario) -> None:
+    """Check that the step resolves everything that oscillates by itself, and the turning of the reference."""
+    step, reference = scenario.physics_step, scenario.reference
+    waves: list[tuple[str, Interval, Interval]] = []
+    if isinstance(reference, (MRPSinusoid, RateProfile)):
+        for axis, (amplitude, frequency) in enumerate(zip(reference.amplitude, reference.frequency, strict=True)):
+            waves.append((f"reference.frequency[{axis}]", amplitude, frequency))
+    for index, harmonic in enumerate(getattr(scenario.disturbance, "harmonics", ())):
+        swing = max(map(largest, harmonic.amplitude))
+        waves.append((f"disturbance.harmonics[{index}].frequency", swing, harmonic.frequency))
+    if (inertia := scenario.inertia_uncertainty) is not None:
+        for axis, (size, rate) in enumerate(zip(inertia.amplitude, inertia.frequency, strict=True)):
+            waves.append((f"inertia_uncertainty.frequency[{axis}]", size, rate))
+    for path, fault in _faults(scenario):
+        if hasattr(fault, "frequency"):
+            waves.append((f"{path}.frequency", getattr(fault, "amplitude", 1.0), fault.frequency))
+    highest = LARGEST_PHASE / step
+    for name, amplitude, frequency in waves:
+        rule = f"must be at most {highest:.4g} rad/s, {LARGEST_PHASE:g} rad in a physics_step of {step:g} s"
+        require(largest(amplitude) == 0.0 or largest(frequency) <= highest, name, rule, frequency)
+    rule = f"must turn at {LARGEST_TURN / step:.4g} rad/s at most, {LARGEST_TURN:g} rad in a physics_step of {step:g} s"
+    require(reference.largest_rate * step <= LARGEST_TURN, "reference", rule, reference.largest_rate)
+
+
+def _check_body(scenario: Scenario) -> None:
+    """Check that the largest uncertainties leave a body, and modes that the step resolves.
+
+    With a random inertia the extremes are rare or no longer exact: what is drawn is then checked when it is drawn.
+    """
+    uncertainty = scenario.inertia_uncertainty or InertiaUncertainty()
+    inertia = exact_inertia(scenario.spacecraft.inertia_matrix, 1)
+    if uncertainty.relative == 0.0:
+        inertia = uncertainty.draw(scenario.spacecraft.inertia_matrix, np.full((1, uncertainty.uniform_count), 0.5))
+    if (appendages := scenario.spacecraft.appendages) is not None:
+        modes = (scenario.appendage_uncertainty or AppendageUncertainty()).extreme(appendages)
+        check_modes(modes, inertia, scenario.physics_step)
+
+
+def _faults(scenario: Scenario) -> Iterator[tuple[str, Any]]:
+    """Iterate over paths and faults."""
+    if scenario.faults is not None:
+        name = "kinds" if hasattr(scenario.faults, "kinds") else "faults"
+        for index, fault in enumerate(scenario.faults.faults):
+            yield f"faults.{name}[{index}]", fault
+
+
+def _check_size(part: Any, path: str) -> None:
+    """Check the numbers of a dataclass, a tuple or a number."""
+    if dataclasses.is_dataclass(part):
+        for item in dataclasses.fields(part):
+            _check_size(getattr(part, item.name), f"{path}.{item.name}" if path else item.name)
+    elif isinstance(part, (tuple, list)):
+        for index, entry in enumerate(part):
+            _check_size(entry, f"{path}[{index}]")
+    elif isinstance(part, (int, float)):
+        require(abs(part) <= LARGEST_NUMBER, path, f"must be within {LARGEST_NUMBER:g} of zero", part)

@@ -1,0 +1,175 @@
+"""Bound on the rates that a scenario can reach, whatever is commanded.
+
+For a while a wheel pushes one way, or until it has given all its momentum, and every torque helps. The bound is an
+estimate, not a proof: :class:`~ftac_gym.dynamics.divergence.DivergenceError` covers what it leaves out.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ftac_gym.faults.wheel_faults import Bias, FrictionRise
+from ftac_gym.task.disturbances import Disturbance
+from ftac_gym.task.inertia import InertiaUncertainty
+from ftac_gym.task.vibration import AppendageUncertainty
+from ftac_gym.utils.parameters import FloatArray, largest, require
+
+if TYPE_CHECKING:
+    from ftac_gym.task.scenario import Scenario
+
+LARGEST_TURN = 1.0
+"""Limit of the turn in a physics step [rad]: there RK4 is wrong by 5e-4 rad a step, and diverges from 2.8 on."""
+
+PUSH_PERIODS = 50
+"""Control periods of the push. Whole episodes of it would refuse published scenarios, which no policy flies so."""
+
+_ENUMERATED = 10
+"""Number of wheels up to which the corners of the momentum envelope are enumerated."""
+
+
+def check_reach(scenario: Scenario) -> None:
+    """Check that the physics step integrates every rate that can be reached.
+
+    Raises
+    ------
+    ValueError
+        If the start is too fast, or the rate can become too high for the step.
+    """
+    step, initial = scenario.physics_step, scenario.initial_state
+    fastest = LARGEST_TURN / step
+    name = "max_rate" if initial.rate is None else "rate"
+    rule = f"must be at most {fastest:.4g} rad/s, {LARGEST_TURN:g} rad in a physics_step of {step:g} s"
+    require(initial.largest_rate <= fastest, f"initial_state.{name}", rule, initial.largest_rate)
+    shares = _shares(scenario)
+    rate = sum(shares.values())
+    parts = ", ".join(f"{name} {share:.3g}" for name, share in shares.items() if share > 0.0)
+    rule = "must not make the rate diverge under full torque (a torque that grows with the rate)"
+    require(rate < math.inf, "disturbance.rate_offset", rule, getattr(scenario.disturbance, "rate_offset", None))
+    longest = LARGEST_TURN / rate if rate > 0.0 else math.inf
+    rule = f"must be at most {longest:.3g} s, or tumble_rate or momentum limits be lower: the rate could reach"
+    require(rate <= fastest, "physics_step", f"{rule} {rate:.4g} rad/s ({parts})", step)
+
+
+def _shares(scenario: Scenario) -> dict[str, float]:
+    """Return what each part can add to the rate [rad/s]."""
+    initial, wheels, disturbance = scenario.initial_state, scenario.spacecraft.wheels, scenario.disturbance
+    least, most = _moments(scenario)
+    start = initial.largest_rate * math.sqrt(most / least) + _modal_momentum(scenario) / least
+    at_start = np.minimum(initial.largest_momentum(wheels.count), wheels.momentum_limits)
+    # A wheel without a limit of either kind gives whatever is commanded: nothing can be said.
+    torque = np.where(np.isfinite(wheels.torque_limits), wheels.torque_limits, 0.0) + _bias(scenario)
+
+    def given(time: float) -> FloatArray:
+        return np.minimum(torque * time, at_start + wheels.momentum_limits)
+
+    time = min(scenario.duration, PUSH_PERIODS * scenario.control_period)
+    external = 0.0 if disturbance is None else disturbance.largest_torque(most)
+    offset = getattr(disturbance, "rate_offset", None)
+    steady = external if offset is None else external * offset
+
+    def pushed(time: float) -> dict[str, float]:
+        return {"wheels": _span(wheels.axis_matrix, given(time)) / least, "external torque": steady * time / least}
+
+    shares = {"start": start, **pushed(time)}
+    if scenario.tumble_rate is not None:
+        # An episode that passes this rate ends with the control period.
+        name, rate = max(("start", start), ("tumble_rate", scenario.tumble_rate), key=lambda share: share[1])
+        stopped = {name: rate, **pushed(scenario.control_period)}
+        shares = min(shares, stopped, key=_total)
+    if wheels.momentum_coupling:
+        # Momentum over inertia is a frequency too, that of nutation.
+        stored = {"start": start, "stored momentum": _span(wheels.axis_matrix, at_start) / least}
+        shares = max(shares, {**stored, "external torque": steady * time / least}, key=_total)
+    if isinstance(disturbance, Disturbance) and offset is not None:
+        push = (_span(wheels.axis_matrix, given(time)) / time + steady) / least
+        grown = _grown(start, push, disturbance.swing(time) / least / time, time)
+        shares = max(shares, {"growing torque": grown}, key=_total)
+    return {**shares, "friction": _span(wheels.axis_matrix, _drag(scenario, at_start, torque)) / least}
+
+
+def _total(shares: dict[str, float]) -> float:
+    return sum(shares.values())
+
+
+def _moments(scenario: Scenario) -> tuple[float, float]:
+    """Return bounds on the principal moments of the true inertia, without that of the modes [kg m^2]."""
+    uncertainty = scenario.inertia_uncertainty or InertiaUncertainty()
+    nominal = scenario.spacecraft.inertia_matrix
+    low, high = uncertainty.extremes(nominal)
+    if (appendages := scenario.spacecraft.appendages) is not None:
+        coupling = (scenario.appendage_uncertainty or AppendageUncertainty()).extreme(appendages)["coupling"][0]
+        low = low - coupling.T @ coupling
+        nominal = nominal - appendages.carried_inertia
+    # Draws near the bound are rare where it is poor, and those without inertia are refused when they are drawn.
+    least = max(float(np.linalg.eigvalsh(low)[0]), 0.1 * float(np.linalg.eigvalsh(nominal)[0]))
+    return least, float(np.linalg.eigvalsh(high)[-1])
+
+
+def _modal_momentum(scenario: Scenario) -> float:
+    """Return a bound on the momentum that the modes at the start can give the body [N m s]."""
+    appendages, initial = scenario.spacecraft.appendages, scenario.initial_state
+    if appendages is None:
+        return 0.0
+    modes = (scenario.appendage_uncertainty or AppendageUncertainty()).extreme(appendages)[0]
+    still = (0.0,) * len(modes)
+    stretch, speed = (
+        np.array([largest(value) for value in values or still])
+        for values in (initial.modal_displacement, initial.modal_rate)
+    )
+    return float(np.linalg.norm(modes["coupling"], axis=1) @ np.hypot(np.sqrt(modes["stiffness"]) * stretch, speed))
+
+
+def _bias(scenario: Scenario) -> FloatArray:
+    """Return a bound on the faulty torque of each wheel (m,) [N m]."""
+    torque = np.zeros(scenario.spacecraft.wheels.count)
+    for fault in () if scenario.faults is None else scenario.faults.faults:
+        if isinstance(fault, Bias):
+            added = fault.largest_torque(scenario.duration)
+            if fault.wheel is None:  # Of a distribution: one fault a wheel, on any of them.
+                torque = np.maximum(torque, added)
+            else:
+                torque[fault.wheel] += added
+    return torque
+
+
+def _drag(scenario: Scenario, at_start: FloatArray, torque: FloatArray) -> FloatArray:
+    """Return a bound on the impulse of friction on each wheel (m,) in a physics step, as the body's stages see it."""
+    wheels = scenario.spacecraft.wheels
+    factor, drag = np.ones(wheels.count), np.zeros(wheels.count)
+    for fault in () if scenario.faults is None else scenario.faults.faults:
+        if isinstance(fault, FrictionRise):
+            if fault.wheel is None:
+                factor = np.maximum(factor, largest(fault.factor))
+            else:
+                factor[fault.wheel] *= largest(fault.factor)
+    for wheel, friction in enumerate(wheels.frictions):
+        if friction is not None:
+            # A wheel becomes so fast at most that viscous friction outweighs its motor.
+            viscous = friction.viscous * at_start[wheel] / wheels.spin_inertias[wheel] + torque[wheel]
+            fastest = wheels.momentum_limits[wheel] / wheels.spin_inertias[wheel]
+            drag[wheel] = max(friction.coulomb, friction.breakaway or 0.0) * factor[wheel]
+            drag[wheel] += min(viscous, friction.viscous * fastest) if friction.viscous > 0.0 else 0.0
+    return drag * scenario.physics_step
+
+
+def _span(axes: FloatArray, sizes: FloatArray) -> float:
+    """Return the largest magnitude of sum_j s_j D[:, j] with ``|s_j|`` up to the sizes (m,)."""
+    count = len(sizes)
+    if count > _ENUMERATED:
+        return float(np.linalg.norm(np.abs(axes) @ sizes))
+    signs = np.array([(1.0, *rest) for rest in product((-1.0, 1.0), repeat=count - 1)])
+    return float(np.linalg.norm((signs * sizes) @ axes.T, axis=1).max())
+
+
+def _grown(start: float, push: float, growth: float, time: float) -> float:
+    """Return y at a time for y' = push + growth y^2; infinite if it diverges before."""
+    scale = math.sqrt(push * growth)
+    if scale * time < 1e-6:
+        left = 1.0 - start * growth * time
+        return (start + push * time) / left if left > 0.0 else math.inf
+    angle = scale * time + math.atan(start * growth / scale)
+    return push / scale * math.tan(angle) if angle < 0.5 * math.pi else math.inf
