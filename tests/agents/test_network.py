@@ -99,7 +99,7 @@ def test_weights_that_are_not_finite_are_refused(tmp_path):
 
 
 def forged(folder, change):
-    """Change the card of an agent as somebody does who knows the format."""
+    """Change the card of an agent, and its digest with it."""
     card = json.loads((folder / "card.json").read_text())
     change(card)
     card["digest"] = storage._digest(card)
