@@ -79,7 +79,9 @@ INVENTORIES = {
 }
 intersphinx_mapping = {name: (url, None) for name, url in INVENTORIES.items() if os.environ.get("DOCS_INTERSPHINX")}
 nitpicky = True
-nitpick_ignore_regex = [("py:.*", r"(?!ftac_gym)[a-z_\d]+\..*|BaseAlgorithm|VecNormalize")]  # of other packages
+nitpick_ignore_regex = [
+    ("py:.*", r"(?!ftac_gym)[a-z_\d]+\..*|BaseAlgorithm|BasePolicy|VecNormalize")
+]  # of other packages
 
 
 def shorten(*event: Any) -> tuple[str | None, ...]:

@@ -178,8 +178,11 @@ def read_agent(folder: Path) -> Stored:
         require(isinstance(written, dict) and set(written) == {"file", "sha256"}, "weights", rule, written)
         named = written["file"] == _weights_file(str(written["sha256"]))
         require(named, "weights", "must be in the file of their sha256", written["file"])
-    with reading(folder / written["file"], _REMEDY, SafetensorError):
-        data = (folder / written["file"]).read_bytes()
+    path = folder / written["file"]
+    if not path.is_file() and read_card(folder) != card:
+        return read_agent(folder)  # it was replaced after its card was read
+    with reading(path, _REMEDY, SafetensorError):
+        data = path.read_bytes()
         found = hashlib.sha256(data).hexdigest()
         require(found == written["sha256"], "SHA-256", "must be that of the card", found)
         arrays = load(data)

@@ -12,6 +12,7 @@ import pytest
 import torch
 from helpers.networks import model_of, observations
 
+from ftac_gym.agents import storage
 from ftac_gym.agents.agent import Agent
 from ftac_gym.agents.interface import Interface
 from ftac_gym.agents.shipped import SHIPPED
@@ -76,6 +77,19 @@ def test_a_kill_at_any_step_leaves_the_earlier_agent_or_the_new_one(folder, monk
     assert Agent.load(folder).fingerprint != earlier
     weights = json.loads((folder / "card.json").read_text())["weights"]["file"]
     assert sorted(path.name for path in folder.iterdir()) == ["card.json", "evaluations.csv", weights]
+
+
+def test_an_agent_that_is_replaced_while_it_is_read_is_the_new_one(folder, monkeypatch):
+    successor, parse = Agent.of(model_of(use_sde=True)), storage.parse_json
+
+    def replaced(text):
+        monkeypatch.undo()
+        successor.save(folder)
+        return parse(text)
+
+    monkeypatch.setattr(storage, "parse_json", replaced)
+    agent = Agent.load(folder)
+    assert agent.policy.use_sde and agent.fingerprint == Agent.load(folder).fingerprint
 
 
 def test_any_damage_is_named_in_a_line(folder):
@@ -147,6 +161,7 @@ FIRST = """
 import random, sys
 from pathlib import Path
 import torch
+from ftac_gym.agents import storage
 from ftac_gym.agents.agent import Agent
 assert "stable_baselines3" not in sys.modules
 found, before = [], random.getstate()

@@ -180,7 +180,8 @@ def test_no_module_executes_what_it_reads(root):
     found = {
         str(path.relative_to(root)): calls
         for path in sorted(root.rglob("*.py"))
-        if path not in (CONVERSION, *RESUMING) and (calls := list(executing(ast.parse(path.read_text(encoding="utf-8")))))
+        if path not in (CONVERSION, *RESUMING)
+        and (calls := list(executing(ast.parse(path.read_text(encoding="utf-8")))))
     }
     assert found == {}
 
