@@ -8,7 +8,6 @@ import numpy.typing as npt
 from ftac_gym.faults import DrawnFaults
 from ftac_gym.faults.live import widened
 from ftac_gym.task.episodes import Episodes
-from ftac_gym.utils.parameters import require
 
 
 def with_faults(episodes: Episodes, drawn: DrawnFaults) -> Episodes:
@@ -21,20 +20,11 @@ def merged(current: Episodes, new: Episodes, rows: npt.NDArray[np.int64]) -> Epi
 
     Episodes may differ in the number of faults that one of their wheels can have: the tables become as wide as the
     widest.
-
-    Raises
-    ------
-    ValueError
-        If the new episodes do not fit the current ones.
     """
     ours, theirs = current.drawn_faults, new.drawn_faults
     widths = [max(a.shape[axis], b.shape[axis]) for a, b, axis in zip(ours, theirs, (2, 1, 1), strict=True)]
     current, new = with_faults(current, widened(ours, *widths)), with_faults(new, widened(theirs, *widths))
     arrays = new.arrays()
-    for name, array in current.arrays().items():
-        fits = array.dtype == arrays[name].dtype and array.shape[1:] == arrays[name].shape[1:]
-        rule = f"must fit the scenario: {name} must have shape (episodes, *{array.shape[1:]})"
-        require(fits, "episodes", rule, arrays[name].shape)
     for name, array in current.arrays().items():
         array[rows] = arrays[name]
     return current

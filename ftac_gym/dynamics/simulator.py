@@ -14,8 +14,10 @@ from ftac_gym.dynamics.sensing import sense
 from ftac_gym.dynamics.state import State, identity_quaternions
 from ftac_gym.dynamics.wheel_table import wheel_table
 from ftac_gym.faults import DrawnFaults, FaultEffect, fault_effect
+from ftac_gym.faults.checking import check_faults
 from ftac_gym.faults.table import LONGEST_DELAY
 from ftac_gym.task.episodes import Episodes
+from ftac_gym.task.fitting import fitted
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.reach import LARGEST_TURN
 from ftac_gym.task.scenario import Scenario
@@ -120,12 +122,13 @@ class Simulator:
         return _copied(self._drawn(), self.scenario)
 
     def reset(self, episodes: Episodes, mask: npt.NDArray[np.bool_] | None = None) -> None:
-        """Start new episodes.
+        """Start new episodes from any source.
 
         Parameters
         ----------
         episodes
-            One episode for each spacecraft to be reset, in their order.
+            One episode for each spacecraft to be reset, in their order; of the scenario, or of another one for which
+            :func:`~ftac_gym.task.fitting.fitted` can take them.
         mask
             (N,) True for the spacecraft to reset; None for all. The others do not change.
 
@@ -133,21 +136,25 @@ class Simulator:
         ------
         ValueError
             If the mask has the wrong shape, or does not cover all spacecraft at the first reset. Also if the episodes
-            do not fit the scenario or are not one for each spacecraft to be reset.
+            do not fit the scenario, hold a number that is none of an episode, or are not one for each spacecraft to be
+            reset.
         """
+        require(isinstance(episodes, Episodes), "episodes", "must be an Episodes object", episodes)
         rows = self._indices
         if mask is not None:
             mask = np.asarray(mask)
             valid = mask.shape == (self.num_spacecraft,) and mask.dtype == np.bool_
             require(valid, "mask", f"must be a boolean array of shape ({self.num_spacecraft},)", mask)
             rows = np.flatnonzero(mask)
-        count, wheels, modes = len(episodes), episodes.faults.shape[1], episodes.modes.shape[1]
+        count = len(episodes)
         require(count == len(rows), "episodes", f"must be {len(rows)}, one per spacecraft reset", count)
-        require(wheels == len(self._torque_limits), "episodes", f"must have {len(self._torque_limits)} wheels", wheels)
-        expected = self.scenario.spacecraft.modes
-        require(modes == expected, "episodes", f"must be of spacecraft with {expected} vibration modes", modes)
+        self.begin(fitted(episodes, self.scenario), rows)
+
+    def begin(self, episodes: Episodes, rows: npt.NDArray[np.int64]) -> None:
+        """Start episodes that the scenario has drawn for the listed spacecraft, without the checks of :meth:`reset`."""
         if self._episodes is None:
-            require(count == self.num_spacecraft, "mask", "must cover all spacecraft at the first reset", mask)
+            whole = len(rows) == self.num_spacecraft
+            require(whole, "mask", "must cover all spacecraft at the first reset; it has", rows.tolist())
             self._episodes = _copied(episodes, self.scenario)
         else:
             self._episodes = merged(self._episodes, episodes, rows)
@@ -222,12 +229,13 @@ class Simulator:
         Raises
         ------
         ValueError
-            If they are for another number of spacecraft or wheels.
+            If they are for another number of spacecraft or wheels, or hold a number that is none of a fault.
         """
         count, wheels = self.last_command.shape
         given = tuple(len(table) for table in drawn), drawn.wheels.shape[1]
         rule = f"must be for {count} spacecraft of {wheels} wheels; rows of each table, and wheels"
         require(given == ((count,) * 3, wheels), "faults", rule, given)
+        check_faults(drawn, count, wheels)
         # A copy: new episodes are written to the tables.
         self._episodes = with_faults(self._drawn(), drawn.copy())
         self._allow_delays(drawn.wheels)

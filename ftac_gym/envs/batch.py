@@ -62,11 +62,12 @@ class SpacecraftBatch:
     ) -> None:
         """Start the next episodes, or those given, of the listed spacecraft; write their rows of ``observation``."""
         if episodes is None:
-            episodes = self.scenario.draw_from_keys(self._keys[rows], self._counter[rows])
+            self.simulator.begin(self.scenario.draw_from_keys(self._keys[rows], self._counter[rows]), rows)
             self._counter[rows] += 1
-        mask = np.zeros(len(self.indices), dtype=np.bool_)
-        mask[rows] = True
-        self.simulator.reset(episodes, None if mask.all() else mask)
+        else:
+            mask = np.zeros(len(self.indices), dtype=np.bool_)
+            mask[rows] = True
+            self.simulator.reset(episodes, mask)
         self.observer.observe(rows, observation)
         self.reward.update(rows)
 

@@ -10,8 +10,9 @@ from ftac_gym.evaluation.metrics import Rollout
 from ftac_gym.policies.resolve import resolve
 from ftac_gym.policies.runner import PolicyRunner
 from ftac_gym.task.episodes import Episodes
+from ftac_gym.task.fitting import fitted
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import FloatArray, require
+from ftac_gym.utils.parameters import FloatArray
 
 Recorder = Callable[[int, PolicyRunner], None]
 """A function of the number of a control period and the runner."""
@@ -35,7 +36,8 @@ def rollout(
     policy
         See :func:`~ftac_gym.policies.resolve`.
     episodes
-        The episodes; None draws ``count`` of them from ``seed``.
+        The episodes, which :func:`~ftac_gym.task.fitting.fitted` checks and labels for the scenario; None draws
+        ``count`` of them from ``seed``.
     seed, count
         What to draw if no episodes are given.
     threads
@@ -47,14 +49,10 @@ def rollout(
     Raises
     ------
     ValueError
-        If a name is unknown or the policy does not fit the scenario.
+        If a name is unknown, or the policy or the episodes do not fit the scenario.
     """
     task = scenarios.get(scenario) if isinstance(scenario, str) else scenario
-    drawn = task.draw(seed, count) if episodes is None else episodes
-    drawn_from = Scenario.from_json(drawn.scenario_json)
-    for part in ("spacecraft", "reference"):
-        same = getattr(drawn_from, part) == getattr(task, part)
-        require(same, "episodes", f"must be drawn for the same {part} as {task.name}'s", drawn_from.name)
+    drawn = task.draw(seed, count) if episodes is None else fitted(episodes, task)
     runner = PolicyRunner(task, resolve(policy, task.name), len(drawn), threads)
     runner.reset(drawn)
     simulator, steps = runner.env.batch.simulator, task.horizon

@@ -10,7 +10,8 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.faults.table import FaultKind, Kind, no_faults, no_sensor_faults
+from ftac_gym.faults.checking import check_records
+from ftac_gym.faults.table import CustomKind, FaultKind, Kind, no_faults, no_sensor_faults
 from ftac_gym.spacecraft.wheel_array import WheelArray
 from ftac_gym.utils.parameters import (
     FloatArray,
@@ -181,6 +182,11 @@ class Fault:
             if entry.record:
                 rows[entry.record] = draw(getattr(self, name), uniform[:, TIMING_UNIFORMS + index])
 
+    def _check_drawn(self, rows: npt.NDArray[np.void]) -> None:
+        """Check the records (M,) of a kind from outside, whose ``_fill`` may write anything."""
+        if isinstance(self.kind, CustomKind):
+            check_records(rows, type(self).__name__)
+
 
 @dataclass(frozen=True, kw_only=True)
 class WheelFault(Fault):
@@ -218,6 +224,7 @@ class WheelFault(Fault):
         rows = no_faults(len(uniform), 1)[:, 0, 0]
         self._draw_common(rows, uniform)
         self._fill(rows, uniform[:, TIMING_UNIFORMS:], torque_limit)
+        self._check_drawn(rows)
         return rows
 
     def _fill(self, rows: npt.NDArray[np.void], uniform: FloatArray, torque_limit: FloatArray) -> None:
@@ -236,6 +243,7 @@ class SensorFault(Fault):
         rows = no_sensor_faults(len(uniform), 1)[:, 0]
         self._draw_common(rows, uniform)
         self._fill(rows, uniform[:, TIMING_UNIFORMS:])
+        self._check_drawn(rows)
         return rows
 
     def _fill(self, rows: npt.NDArray[np.void], uniform: FloatArray) -> None:

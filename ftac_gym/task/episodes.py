@@ -4,16 +4,24 @@ from __future__ import annotations
 
 import hashlib
 import json
+import struct
+import zlib
 from dataclasses import dataclass, fields
 from os import PathLike
+from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.faults import DrawnFaults
+from ftac_gym.utils.files import reading, replacing
 
 RecordArray = npt.NDArray[np.void]
+_DAMAGE = (BadZipFile, zlib.error, NotImplementedError, RuntimeError, MemoryError, OverflowError, struct.error)
+"""Further errors of NumPy and of Python's zipfile about a damaged archive."""
+
 Selection = int | slice | npt.NDArray[Any]
 
 
@@ -119,28 +127,34 @@ class Episodes:
         return state.hexdigest()
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write the episodes to an ``.npz`` file."""
-        with open(path, "wb") as file:
+        """Write the episodes to an ``.npz`` file, which is complete or absent."""
+        with replacing(Path(path)) as file:
             np.savez_compressed(file, scenario_json=np.array(self.scenario_json), **self.arrays())  # type: ignore[arg-type]
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Episodes:
-        """Read a file of :meth:`save`.
+        """Read a file of :meth:`save`, and check all numbers in it.
 
         Raises
         ------
         ValueError
-            If the file holds no episodes.
+            If the file cannot be read, holds no episodes, or holds a number that is none of an episode. The message has
+            the path, and the name of the array and the field.
         """
+        from ftac_gym.task.fitting import fitted  # Above this module: it needs scenarios.
+        from ftac_gym.task.scenario import Scenario
+
         names = [field.name for field in fields(cls)]
-        data = np.load(path, allow_pickle=False)
-        if not isinstance(data, np.lib.npyio.NpzFile):
-            raise ValueError(f"{path} holds no episodes: it is a single array")
-        with data:
-            if missing := [name for name in names if name not in data]:
-                raise ValueError(f"{path} holds no episodes: it lacks {missing[0]!r}")
-            values: dict[str, Any] = {name: data[name] for name in names}
-        return cls(**{**values, "scenario_json": str(values["scenario_json"])})
+        with reading(Path(path), "use a file that Episodes.save has written", *_DAMAGE):
+            data = np.load(path, allow_pickle=False)
+            if not isinstance(data, np.lib.npyio.NpzFile):
+                raise ValueError("it holds no episodes but a single array")
+            with data:
+                if missing := [name for name in names if name not in data]:
+                    raise ValueError(f"it holds no episodes: it lacks {missing[0]!r}")
+                values: dict[str, Any] = {name: data[name] for name in names}
+            episodes = cls(**{**values, "scenario_json": str(values["scenario_json"])})
+            return fitted(episodes, Scenario.from_json(episodes.scenario_json))
 
 
 def _hash_numbers(state: hashlib._Hash, array: npt.NDArray[Any]) -> None:

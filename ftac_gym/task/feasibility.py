@@ -30,6 +30,7 @@ import numpy.typing as npt
 from ftac_gym.attitude import quaternion_error, rotation_vector_from_quaternion
 from ftac_gym.spacecraft.envelope import UNLIMITED, Envelope, Load, envelope_of
 from ftac_gym.spacecraft.wheel_array import WheelArray
+from ftac_gym.task.episodes import Episodes
 from ftac_gym.utils.parameters import FloatArray
 
 BoolArray = npt.NDArray[np.bool_]
@@ -56,7 +57,7 @@ class Demand:
     rate
         (N,) body rate at the start [rad/s].
     start
-        Earliest time of the turn [s].
+        (N,) earliest time of the turn [s].
     deadline
         Latest end of the turn [s].
     duration
@@ -68,30 +69,18 @@ class Demand:
     effort: FloatArray
     angle: FloatArray
     rate: FloatArray
-    start: float
+    start: FloatArray
     deadline: float
     duration: float
 
     @classmethod
-    def of_episodes(
-        cls,
-        initial: Records,
-        inertia: Records,
-        torque: tuple[Records, Records],
-        set_points: Records,
-        wheels: WheelArray,
-        turning: bool,
-        hold: float,
-        duration: float,
-    ) -> Demand:
+    def of_episodes(cls, episodes: Episodes, wheels: WheelArray, turning: bool, hold: float, duration: float) -> Demand:
         """Return the demand of drawn episodes: of several set points it takes the last turn.
 
         Parameters
         ----------
-        initial, inertia, set_points
-            Records of the initial state (N,), INERTIA (N,) and SET_POINT (N, points).
-        torque
-            DISTURBANCE records (N,) and HARMONIC records (N, harmonics).
+        episodes
+            The episodes.
         wheels
             The wheel array.
         turning
@@ -101,7 +90,8 @@ class Demand:
         duration
             Length of the episode [s].
         """
-        disturbance, harmonics = torque
+        initial, inertia, set_points = episodes.initial, episodes.inertia, episodes.set_points
+        disturbance, harmonics = episodes.disturbance, episodes.harmonics
         largest = np.abs(disturbance["constant"]) + np.hypot(harmonics["sine"], harmonics["cosine"]).sum(axis=1)
         fastest = np.sum(initial["rate"] ** 2, axis=1) + disturbance["rate_offset"]
         largest = largest * np.where(disturbance["rate_scaled"] > 0.5, fastest, 1.0)[:, None]
@@ -119,7 +109,7 @@ class Demand:
             effort=np.einsum("nij,nj->ni", inertia["constant"], axis),
             angle=angle,
             rate=np.linalg.norm(initial["rate"], axis=1),
-            start=float(set_points["time"][0, -1]),
+            start=set_points["time"][:, -1],
             deadline=duration - min(hold, duration),
             duration=duration,
         )
@@ -197,7 +187,7 @@ def feasibility_labels(faults: Records, wheels: WheelArray, demand: Demand) -> B
     healthy = Load(nothing, demand.disturbance, smooth), limits, Load(nothing, radius=demand.momentum), capacity
     early = demand.start + demand.turning_time(envelope, *healthy) <= following[:, 0]
     after = demand.turning_time(envelope, torque, offered, momentum, storable)
-    late = (np.maximum(onsets, demand.start) + after[:, None] <= following[:, 1:]).any(axis=1)
+    late = (np.maximum(onsets, demand.start[:, None]) + after[:, None] <= following[:, 1:]).any(axis=1)
     return possible & (early | late)
 
 

@@ -250,11 +250,7 @@ class Scenario:
             sensors = self.sensors.draw(deviates(Stream.SENSORS, self.sensors.uniform_count))
         uniform = deviates(Stream.REFERENCE, self.reference.uniform_count)
         reference, set_points = self.reference.draw(uniform)
-        turning, hold = not self.reference.moving, self.success.hold
-        demand = Demand.of_episodes(
-            initial, inertia, (disturbance, harmonics), set_points, wheels, turning, hold, self.duration
-        )
-        return Episodes(
+        episodes = Episodes(
             scenario_json=self.to_json(),
             key=keys,
             index=index,
@@ -268,9 +264,16 @@ class Scenario:
             sensors=sensors,
             reference=reference,
             set_points=set_points,
-            feasible=feasibility_labels(faults.wheels, wheels, demand),
+            feasible=np.zeros(len(index), dtype=np.bool_),
             modes=modes,
         )
+        return dataclasses.replace(episodes, feasible=self.feasibility(episodes))
+
+    def feasibility(self, episodes: Episodes) -> npt.NDArray[np.bool_]:
+        """Label episodes as feasible or not in this scenario, (N,); see :mod:`ftac_gym.task.feasibility`."""
+        wheels, turning = self.spacecraft.wheels, not self.reference.moving
+        demand = Demand.of_episodes(episodes, wheels, turning, self.success.hold, self.duration)
+        return feasibility_labels(episodes.faults, wheels, demand)
 
 
 def success_steps(scenario: Scenario) -> int:

@@ -22,6 +22,9 @@ SENSOR = np.dtype(
 The last field is the rotation vector [rad] by which the measured rate is turned in body axes.
 """
 
+LARGEST_MISALIGNMENT = 0.1
+"""Largest angle of a gyro triad against the body [rad]."""
+
 
 @serializable
 @dataclass(frozen=True)
@@ -58,7 +61,7 @@ class SensorErrors:
         """Check and normalise the fields."""
         normalise(self, non_negative, "attitude_noise", "rate_noise", "gyro_bias_walk")
         normalise(self, interval, "gyro_bias")
-        normalise(self, lambda value, name: interval(value, name, 0.0, 0.1), "gyro_misalignment")
+        normalise(self, lambda value, name: interval(value, name, 0.0, LARGEST_MISALIGNMENT), "gyro_misalignment")
 
     @property
     def uniform_count(self) -> int:

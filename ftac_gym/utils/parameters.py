@@ -25,7 +25,7 @@ LONGEST_MESSAGE = 500
 """Characters of an error message; a long value in it is cut."""
 
 LEAST_VALUE = 60
-"""Characters of a message that are left for a value, however long the rule is."""
+"""Characters of a long value that a message shows, however long its rule is."""
 
 
 def require(condition: bool, field: str, rule: str, value: object) -> None:
@@ -35,9 +35,12 @@ def require(condition: bool, field: str, rule: str, value: object) -> None:
 
 
 def broken(field: str, rule: str, value: object) -> ValueError:
-    """Return the error of a broken rule: one line with the field, the rule and the offending value."""
-    part = in_one_line(f"{field} {rule}", LONGEST_MESSAGE - LEAST_VALUE)
-    return ValueError(f"{part}, got {in_one_line(_shown(value), LONGEST_MESSAGE - len(part) - len(', got '))}")
+    """Return the error of a broken rule: one line with the field, the rule and the offending value.
+
+    The value is cut where the line is too long; a rule is not, since it lists the names that are right.
+    """
+    part = f"{field} {rule}, got "
+    return ValueError(part + in_one_line(_shown(value), max(LONGEST_MESSAGE - len(part), LEAST_VALUE)))
 
 
 def in_one_line(message: str, longest: int = LONGEST_MESSAGE) -> str:
@@ -79,7 +82,7 @@ def fields_named(prefix: str = "", **names: str) -> Iterator[None]:
         yield
     except ValueError as error:
         field, _, rest = str(error).partition(" ")
-        raise ValueError(in_one_line(f"{names.get(field, prefix + field)} {rest}")) from None
+        raise ValueError(f"{names.get(field, prefix + field)} {rest}") from None
 
 
 def within(value: float, low: float, high: float, field: str) -> float:

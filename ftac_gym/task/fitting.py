@@ -1,0 +1,149 @@
+"""Episodes from elsewhere as those of a scenario: checked, and with the labels of its duration and success.
+
+Episodes hold what is drawn: start, inertia, modes, faults, external torque, sensor errors and reference. All else
+is of the scenario that flies them, such as control period, duration and reward.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ftac_gym.faults.checking import check_faults
+from ftac_gym.task.disturbances import DISTURBANCE, HARMONIC, Disturbance
+from ftac_gym.task.episodes import Episodes
+from ftac_gym.task.inertia import INERTIA, InertiaUncertainty
+from ftac_gym.task.initial_state import initial_dtype
+from ftac_gym.task.references import REFERENCE, SET_POINT
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.task.sensors import LARGEST_MISALIGNMENT, SENSOR
+from ftac_gym.task.vibration import MODE, check_modes
+from ftac_gym.utils.parameters import fields_named, require
+from ftac_gym.utils.tables import FLAG, NOT_NEGATIVE, UNIT_QUATERNION, Rule, check_fields, check_form, check_values
+
+
+def fitted(episodes: Episodes, scenario: Scenario) -> Episodes:
+    """Return episodes as those of a scenario.
+
+    Parameters
+    ----------
+    episodes
+        Episodes from any source, of this scenario or of another one with the same plant and reference.
+    scenario
+        The scenario that is to fly them.
+
+    Returns
+    -------
+    The same episodes. Their labels of feasibility are kept if duration and time on target are the same, and computed
+    anew otherwise.
+
+    Raises
+    ------
+    ValueError
+        If they are for another plant or reference, or an array is not one that the compiled plant can take. The message
+        names the array and the field.
+    """
+    require(isinstance(episodes, Episodes), "episodes", "must be an Episodes object", episodes)
+    _check_forms(episodes, scenario)
+    if episodes.scenario_json == scenario.to_json():
+        _check_numbers(episodes, scenario)
+        return episodes
+    drawn_from = Scenario.from_json(episodes.scenario_json)
+    for part, of in _KEPT.items():
+        rule = f"must be drawn for the same {part} as {scenario.name}'s"
+        require(of(drawn_from) == of(scenario), "episodes", rule, drawn_from.name)
+    _check_numbers(episodes, scenario)
+    labelled = replace(episodes, scenario_json=scenario.to_json())
+    if (drawn_from.duration, drawn_from.success.hold) == (scenario.duration, scenario.success.hold):
+        return labelled
+    return replace(labelled, feasible=scenario.feasibility(labelled))
+
+
+_KEPT: Mapping[str, Callable[[Scenario], Any]] = {
+    "spacecraft": lambda scenario: scenario.spacecraft,
+    "reference": lambda scenario: scenario.reference,
+    "misalignment": lambda scenario: scenario.misalignment,
+    "rate_torque": lambda scenario: (scenario.inertia_uncertainty or InertiaUncertainty()).rate_torque,
+}
+"""Parts of a scenario to which the drawn numbers belong."""
+
+
+def _check_forms(episodes: Episodes, scenario: Scenario) -> None:
+    """Check the data types and shapes of all arrays but those of faults."""
+    wheels, modes = scenario.spacecraft.wheels.count, scenario.spacecraft.modes
+    given = np.shape(episodes.faults)[1:2]
+    require(given == (wheels,), "episodes", f"must have {wheels} wheels", *given or (None,))
+    given = np.shape(episodes.modes)[1:]
+    require(given == (modes,), "episodes", f"must be of spacecraft with {modes} vibration modes", *given or (None,))
+    torque = scenario.disturbance or Disturbance()
+    _, harmonics = torque.draw(np.zeros((0, torque.uniform_count)), np.zeros((0, 3, 3)))
+    _, points = scenario.reference.draw(np.zeros((0, scenario.reference.uniform_count)))
+    forms: Mapping[str, tuple[Any, tuple[int, ...]]] = {
+        "key": (np.uint32, (2,)),
+        "index": (np.int64, ()),
+        "initial": (initial_dtype(wheels, modes), ()),
+        "inertia": (INERTIA, ()),
+        "disturbance": (DISTURBANCE, ()),
+        "harmonics": (HARMONIC, harmonics.shape[1:]),
+        "sensors": (SENSOR, ()),
+        "reference": (REFERENCE, ()),
+        "set_points": (SET_POINT, points.shape[1:]),
+        "feasible": (np.bool_, ()),
+        "modes": (MODE, (modes,)),
+    }
+    with fields_named("episodes must fit the scenario: "):
+        for name, (dtype, shape) in forms.items():
+            check_form(getattr(episodes, name), dtype, (len(episodes), *shape), name)
+
+
+def _check_numbers(episodes: Episodes, scenario: Scenario) -> None:
+    """Check the numbers in all arrays, and also the form of those of faults."""
+    wheels = scenario.spacecraft.wheels
+    kind = scenario.reference.draw(np.zeros((1, scenario.reference.uniform_count)))[0]["kind"]
+    with fields_named("episodes."):
+        check_values(episodes.index, NOT_NEGATIVE, "index")
+        for name, rules in _RULES.items():
+            check_fields(getattr(episodes, name), rules, name)
+        same_kind: Rule = lambda values: values == kind, f"must be {kind[0]} for a {type(scenario.reference).__name__}"
+        check_values(episodes.reference["kind"], same_kind, "reference.kind")
+        inside: Rule = lambda values: np.abs(values) <= wheels.momentum_limits, "must stay within the momentum limits"
+        check_values(episodes.initial["wheel_momentum"], inside, "initial.wheel_momentum")
+        varying = np.abs(episodes.inertia["amplitude"])[:, :, None] * np.eye(3)
+        least = np.linalg.eigvalsh(episodes.inertia["constant"] - varying)[:, 0]
+        definite: Rule = lambda values: values > 0.0, "must stay positive definite; the smallest eigenvalue [kg m^2]"
+        check_values(least, definite, "inertia.constant")
+        check_faults(episodes.drawn_faults, len(episodes), wheels.count)
+        check_modes(episodes.modes, episodes.inertia, scenario.physics_step)
+
+
+_RULES: Mapping[str, Mapping[str, Rule]] = {
+    "initial": {"attitude": UNIT_QUATERNION},
+    "inertia": {
+        "constant": (
+            lambda values: np.isfinite(values) & np.isclose(values, values.swapaxes(1, 2), rtol=1e-9),
+            "must be finite and symmetric",
+        )
+    },
+    "disturbance": {"rate_scaled": FLAG, "rate_offset": NOT_NEGATIVE},
+    "harmonics": {},
+    "sensors": {
+        **dict.fromkeys(("attitude_noise", "rate_noise", "gyro_bias_walk"), NOT_NEGATIVE),
+        "gyro_misalignment": (
+            lambda values: np.linalg.norm(values, axis=-1) <= LARGEST_MISALIGNMENT * (1.0 + 1e-9),
+            f"must be a rotation vector of at most {LARGEST_MISALIGNMENT:g} rad",
+        ),
+    },
+    "reference": {"attitude": UNIT_QUATERNION},
+    "set_points": {
+        "attitude": UNIT_QUATERNION,
+        "time": (
+            lambda values: np.isfinite(values) & (np.diff(values, axis=1, prepend=-1.0) > 0.0) & (values[:, :1] == 0.0),
+            "must start at 0 and increase",
+        ),
+    },
+    "modes": {"stiffness": NOT_NEGATIVE, "damping": NOT_NEGATIVE},
+}
+"""Rules of the fields of records for which it is not enough to be finite."""
