@@ -22,7 +22,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from ftac_gym import baselines, scenarios
-from ftac_gym.evaluation.metrics import summarize
+from ftac_gym.evaluation.metrics import described
 from ftac_gym.evaluation.tuning import store, tune
 from ftac_gym.evaluation.tuning_objective import Search, fly
 from ftac_gym.utils.console import command_line, commit, exit_on, one_line_warnings, run_program
@@ -99,9 +99,7 @@ def main(config: Config) -> None:
     for label, gains in (("tuned", result.gains), ("default", {})):
         metrics = fly(search, gains, config.seed + 1)
         fresh[label] = float(metrics["return"].mean())
-        values = {**summarize(metrics), "mean return": fresh[label]}
-        values["median return"] = values.pop("return")
-        print(f"{label} on fresh episodes: " + ", ".join(f"{key} {value:.4g}" for key, value in values.items()))
+        print(f"{label} on fresh episodes: {described(metrics)}, mean return {fresh[label]:.4g}")
     if config.store:
         counted = dataclasses.replace(config, trials=result.trials)
         with exit_on(ValueError, prefix="not stored: "):

@@ -39,9 +39,10 @@ def write_episodes(path: Path, evaluations: Sequence[Evaluation], episodes: Epis
 
 def write_summary(path: Path, rows: Sequence[Row]) -> None:
     """Write one line per policy, metric and kind of estimate."""
-    lines: list[Sequence[Any]] = [["policy", "metric", "kind", "value", "low", "high", "episodes"]]
+    lines: list[Sequence[Any]] = [["policy", "metric", "kind", "value", "low", "high", "episodes", "defined", "total"]]
     for row in rows:
         for kind, values in (("estimate", row.estimates), ("difference", row.differences)):
             for metric, item in values.items():
-                lines.append([row.policy, metric, kind, item.value, item.low, item.high, item.count])
+                known = item.count, item.defined, item.total
+                lines.append([row.policy, metric, kind, item.value, item.low, item.high, *known])
     write_rows(path, lines)

@@ -213,3 +213,18 @@ def summarize(metrics: Metrics) -> dict[str, float]:
         middle = np.mean if name in SHARES else np.median
         summary[name] = float(middle(known)) if known.size else float("nan")
     return summary
+
+
+def described(metrics: Metrics) -> str:
+    """Return :func:`summarize` as a line, with the number of values where a metric is not defined for all episodes."""
+    known = {name: int((~np.isnan(values)).sum()) for name, values in metrics.items()}
+    return ", ".join(
+        f"{'median return' if name == 'return' else name} {value:.4g}{share_of(known[name], metrics[name].size)}"
+        for name, value in summarize(metrics).items()
+        if known[name]
+    )
+
+
+def share_of(defined: int, total: int) -> str:
+    """Return the number of values that a statistic is over, as " (93 of 100)"; nothing if all are defined."""
+    return f" ({defined} of {total})" if defined < total else ""

@@ -13,8 +13,8 @@ excess that vanishes with the number of both.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -39,13 +39,17 @@ class Estimate:
     low, high
         Ends of the interval.
     count
-        Number of episodes.
+        Number of episodes in which the metric is defined.
+    defined, total
+        Number of values, over all training seeds, and of all that could be defined; of pairs for comparisons.
     """
 
     value: float
     low: float
     high: float
     count: int
+    defined: int = field(default=0, compare=False)
+    total: int = field(default=0, compare=False)
 
     @property
     def excludes_zero(self) -> bool:
@@ -86,7 +90,7 @@ def estimate(values: npt.ArrayLike, statistic: Statistic = mean, seed: int = 0, 
     ValueError
         If the levels are unknown or values have other axes.
     """
-    return _estimate(aligned(values), lambda item: _over_known(item, statistic), seed, levels)
+    return _estimate([values], lambda item: _over_known(item, statistic), seed, levels)
 
 
 def paired_difference(
@@ -109,9 +113,7 @@ def paired_difference(
     ValueError
         If the two do not have the same episodes, the levels are unknown, or values have other axes.
     """
-    return _estimate(
-        aligned(first, second), lambda one, other: _over_known(_differences(one, other), statistic), seed, levels
-    )
+    return _estimate([first, second], lambda one, other: _over_known(_differences(one, other), statistic), seed, levels)
 
 
 def relative_difference(
@@ -131,7 +133,7 @@ def relative_difference(
         change: FloatArray = _over_known(one, statistic) / _over_known(other, statistic) - 1.0
         return np.round(change, 12) + 0.0
 
-    return _estimate(aligned(first, second), ratio, seed, levels)
+    return _estimate([first, second], ratio, seed, levels)
 
 
 def probability_of_improvement(
@@ -165,7 +167,7 @@ def probability_of_improvement(
             found: FloatArray = np.nanmean(np.nanmean(won, axis=(1, 2)), axis=1)
         return found
 
-    return _estimate(aligned(first, second), share, seed, levels)
+    return _estimate([first, second], share, seed, levels)
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,13 +231,17 @@ def performance_profile(
     return Curve(limits, *bootstrap(data, share, seed, levels), count)
 
 
-def _estimate(data: list[FloatArray], measure: Callable[..., FloatArray], seed: int, levels: Levels) -> Estimate:
+def _estimate(
+    values: Sequence[npt.ArrayLike], measure: Callable[..., FloatArray], seed: int, levels: Levels
+) -> Estimate:
     """Return the estimate of a measure, as :func:`~ftac_gym.evaluation.bootstrap.bootstrap` takes it."""
+    data = aligned(*values)
+    # A value of one policy is in as many pairs of its episode as the other has values there.
+    defined = int(np.prod([(~np.isnan(item)).sum(axis=0) for item in data], axis=0).sum())
+    total = int(np.prod(list(map(len, data)))) * np.atleast_2d(np.asarray(values[0])).shape[1]
     count = data[0].shape[1]
-    if not count:
-        return Estimate(float("nan"), float("nan"), float("nan"), 0)
-    value, low, high = bootstrap(data, measure, seed, levels)
-    return Estimate(float(value), float(low), float(high), count)
+    value, low, high = bootstrap(data, measure, seed, levels) if count else (np.full((), np.nan),) * 3
+    return Estimate(float(value), float(low), float(high), count, defined, total)
 
 
 def _differences(first: FloatArray, second: FloatArray) -> FloatArray:

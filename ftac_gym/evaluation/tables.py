@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ftac_gym.evaluation.batches import Evaluation
 from ftac_gym.evaluation.compare import Row, fault_classes
-from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, UNITS
+from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, UNITS, share_of
 from ftac_gym.evaluation.statistics import Estimate
 from ftac_gym.task.episodes import Episodes
 
@@ -25,8 +25,9 @@ def short(value: float) -> str:
 
 
 def number(value: Estimate) -> str:
-    """Format an estimate with its interval."""
-    return f"{short(value.value)} [{short(value.low)}, {short(value.high)}]" if value.count else "-"
+    """Format an estimate with its interval, and the number of its values if the metric is not defined for all."""
+    known = share_of(value.defined, value.total)
+    return f"{short(value.value)} [{short(value.low)}, {short(value.high)}]{known}" if value.count else "-"
 
 
 def judgement(metric: str, difference: Estimate) -> str:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 from ftac_gym.evaluation import tables
 from ftac_gym.evaluation.compare import Row
+from ftac_gym.evaluation.metrics import share_of
 from ftac_gym.evaluation.statistics import Estimate
 
 MINUS = "\N{MINUS SIGN}"
@@ -40,15 +41,15 @@ def number(value: float) -> Cell:
 
 
 def estimated(item: Estimate) -> Cell:
-    """Return an estimate with its interval as a note."""
+    """Return an estimate; its interval is a note, with the number of values if the metric is not defined for all."""
     interval = f"[{tables.short(item.low)}, {tables.short(item.high)}]".replace("-", MINUS)
-    return replace(number(item.value), note=interval if item.count else "")
+    return replace(number(item.value), note=f"{interval}{share_of(item.defined, item.total)}" if item.count else "")
 
 
 def difference(metric: str, item: Estimate, scale: float = 1.0) -> Cell:
     """Return a difference times a scale, marked if its interval excludes zero."""
     mark = tables.judgement(metric, item)
-    cell = estimated(Estimate(scale * item.value, scale * item.low, scale * item.high, item.count))
+    cell = estimated(replace(item, value=scale * item.value, low=scale * item.low, high=scale * item.high))
     return replace(cell, text=f"{'+' if item.value > 0.0 else ''}{cell.text} {mark}".rstrip(), mark=mark)
 
 

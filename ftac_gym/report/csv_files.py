@@ -14,7 +14,8 @@ from ftac_gym.evaluation.metrics import UNITS
 from ftac_gym.evaluation.statistics import Estimate
 from ftac_gym.report.results import Results
 
-_INTERVAL = ("value", "low", "high", "episodes")
+_INTERVAL = ("value", "low", "high", "episodes", "defined", "total")
+"""Columns of an estimate; of the last two, see :class:`~ftac_gym.evaluation.statistics.Estimate`."""
 
 
 def write_csv(results: Results, folder: Path) -> None:
@@ -33,8 +34,8 @@ def write_csv(results: Results, folder: Path) -> None:
         write_rows(folder / f"{name}.csv", rows)
 
 
-def _interval(item: Estimate) -> tuple[float, float, float, int]:
-    return item.value, item.low, item.high, item.count
+def _interval(item: Estimate) -> tuple[float, float, float, int, int, int]:
+    return item.value, item.low, item.high, item.count, item.defined, item.total
 
 
 def _estimates(results: Results, kind: str, **labels: str) -> Iterator[Sequence[Any]]:

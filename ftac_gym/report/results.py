@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, product
 
 import numpy as np
@@ -206,7 +206,7 @@ def _improvement(
         item = statistics.probability_of_improvement(data[first], data[second], metric not in HIGHER_IS_BETTER)
         found[first, second] = item
         # A tie counts half: both probabilities add up to one.
-        found[second, first] = Estimate(1.0 - item.value, 1.0 - item.high, 1.0 - item.low, item.count)
+        found[second, first] = replace(item, value=1.0 - item.value, low=1.0 - item.high, high=1.0 - item.low)
     return found
 
 

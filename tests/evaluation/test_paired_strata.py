@@ -14,7 +14,9 @@ def test_each_value_counts_as_often_as_it_has_partners():
     known, partners = (np.count_nonzero(~np.isnan(item), axis=0) for item in (first, second))
     assert not np.array_equal(known, partners)
     total = (partners * np.nansum(first, axis=0) - known * np.nansum(second, axis=0)).sum()
-    assert paired_difference(first, second).value == pytest.approx(total / (known * partners).sum(), rel=1e-12)
+    found = paired_difference(first, second)
+    assert found.value == pytest.approx(total / (known * partners).sum(), rel=1e-12)
+    assert (found.count, found.defined, found.total) == (7, (known * partners).sum(), 5 * 3 * 7)
 
 
 @pytest.mark.parametrize("exchanged", [False, True])

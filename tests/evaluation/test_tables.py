@@ -7,6 +7,7 @@ from ftac_gym import scenarios
 from ftac_gym.evaluation import compare
 from ftac_gym.evaluation.batches import Evaluation
 from ftac_gym.evaluation.compare import TABLE_METRICS
+from ftac_gym.evaluation.metrics import described
 from ftac_gym.evaluation.statistics import Estimate
 from ftac_gym.evaluation.tables import kind_table, markdown, metric_tables, number, split_table, verdict
 
@@ -27,6 +28,26 @@ def test_numbers():
     assert number(Estimate(0.12345, 0.1, 0.2, 9)) == "0.123 [0.1, 0.2]"
     assert number(Estimate(1548.3, 999.6, 1600.0, 9)) == "1548 [1e+03, 1600]"
     assert number(Estimate(float("nan"), 0.0, 0.0, 0)) == "-"
+    assert number(Estimate(0.12345, 0.1, 0.2, 9, 9, 9)) == "0.123 [0.1, 0.2]"
+    assert number(Estimate(0.12345, 0.1, 0.2, 9, 9, 10)) == "0.123 [0.1, 0.2] (9 of 10)"
+    assert verdict("energy", Estimate(0.1, 0.1, 0.2, 9, 9, 10)) == "0.1 [0.1, 0.2] (9 of 10) worse"
+
+
+def test_metrics_that_are_not_defined_for_all_have_their_number_beside_them():
+    """Policies are on target at the onset of a fault in different numbers of episodes."""
+    good, bad = (flown(name, 1.0) for name in ("good", "bad"))
+    for item, missing in ((good, [3, 4, 5]), (bad, [4, 9])):
+        for metric in ("recovery_time", "peak_after_fault"):
+            item.metrics[metric][missing] = np.nan
+    rows = compare([good, bad], "bad", np.ones(COUNT, dtype=bool))
+    estimates, differences = metric_tables(rows, "bad")
+    for heading, *cells in estimates[1:]:
+        partly = heading.startswith(("recovery", "peak"))
+        assert [cell.partition("] ")[2] for cell in cells] == (["(37 of 40)", "(38 of 40)"] if partly else ["", ""])
+    for heading, cell in differences[1:]:
+        assert cell.endswith("] (36 of 40)") == heading.startswith(("recovery", "peak"))
+    line = described(good.metrics)
+    assert "recovery_time 1.538 (37 of 40), " in line and "settling_time 1.5, " in line
 
 
 @pytest.mark.parametrize(

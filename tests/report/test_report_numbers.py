@@ -29,8 +29,12 @@ def test_tables_hold_the_statistics_of_the_evaluations(flown, page):
                 expected = point(feasible(flown, split, name, metric), metric)
                 assert shown(cell) == pytest.approx(expected, rel=6e-3), (name, metric)
                 assert float(cell["key"]) == pytest.approx(expected)
-                low, high = (float(end) for end in cell["note"].strip(" []").split(","))
+                values = feasible(flown, split, name, metric)
+                interval, _, count = cell["note"].strip().partition("]")
+                low, high = (float(end) for end in interval.strip("[").split(","))
                 assert low <= shown(cell) <= high
+                known = np.count_nonzero(~np.isnan(values))
+                assert count == ("" if known == values.size else f" ({known} of {values.size})")
 
 
 def test_differences_are_means_over_pairs_and_marked_where_their_interval_excludes_zero(flown, folder, page):
@@ -65,6 +69,7 @@ def test_csv_files_hold_the_same_numbers(flown, folder, page):
         assert float(line["value"]) == pytest.approx(point(values, line["metric"]))
         assert float(line["low"]) <= float(line["value"]) <= float(line["high"])
         assert int(line["episodes"]) == (~np.isnan(values)).any(axis=0).sum() and int(line["seeds"]) == len(values)
+        assert (int(line["defined"]), int(line["total"])) == ((~np.isnan(values)).sum(), values.size)
     table = page.table("Success by split, in numbers with intervals")
     for line in summary:
         if line["metric"] == "success" and line["split"] == "flagship_double":
