@@ -12,17 +12,22 @@ from __future__ import annotations
 import time
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
+from multiprocessing import get_context
 from pathlib import Path
 
 from rich.console import Console
 from tqdm import tqdm
 
+from ftac_gym.evaluation.files import write_figure
 from ftac_gym.evaluation.tables import markdown
 from ftac_gym.reproduction import PAPERS
 from ftac_gym.reproduction.recorder import record
 from ftac_gym.reproduction.recordings import Plan, Recordings
 from ftac_gym.reproduction.verdicts import claim_table
-from ftac_gym.utils.console import run_program, show_table
+from ftac_gym.utils.console import exit_on, run_program, show_table
+from ftac_gym.utils.files import write_text
+from ftac_gym.utils.parameters import require
+from ftac_gym.utils.processes import end_with_parent
 
 
 @dataclass(frozen=True)
@@ -41,7 +46,10 @@ def run(plans: dict[str, Plan], workers: int) -> Recordings:
     """Fly all plans, the longest first, with progress."""
     order = sorted(plans, key=lambda name: -plans[name].scenario.horizon)
     flights = Recordings()
-    with ProcessPoolExecutor(workers) as pool, tqdm(total=sum(plan.scenario.horizon for plan in plans.values())) as bar:
+    total = sum(plan.scenario.horizon for plan in plans.values())
+    # Spawned, not forked: a fork copies locks that other threads may hold.
+    pool = ProcessPoolExecutor(workers, get_context("spawn"), end_with_parent)
+    with pool, tqdm(total=total) as bar:
         jobs = {pool.submit(record, plans[name]): name for name in order}
         for job in as_completed(jobs):
             name = jobs[job]
@@ -55,6 +63,8 @@ def main(config: Config) -> None:
     """Reproduce a paper."""
     if config.paper not in PAPERS:
         raise SystemExit(f"--paper: {config.paper!r} is none of {sorted(PAPERS)}")
+    with exit_on(ValueError):
+        require(config.workers > 0, "workers", "must be positive", config.workers)
     start = time.perf_counter()
     paper = PAPERS[config.paper]
     result = paper.evaluate(run(paper.plans(), config.workers))
@@ -64,13 +74,12 @@ def main(config: Config) -> None:
         show_table(wide, cells, title)
     show_table(wide, claim_table(result.claims), f"Claims of {config.paper}", lines=True)
     folder = config.output / config.paper
-    folder.mkdir(parents=True, exist_ok=True)
     for name, figure in result.figures.items():
-        figure.savefig(folder / f"{name}.png", dpi=90)
+        write_figure(folder / f"{name}.png", figure, 90)
     report = [f"# {config.paper}", "## Claims", markdown(claim_table(result.claims))]
     report += [part for title, cells in result.studies.items() for part in (f"## {title}", markdown(cells))]
     report += [part for name in result.figures for part in (f"## {name.capitalize()}", f"![{name}]({name}.png)")]
-    (folder / "report.md").write_text("\n\n".join(report) + "\n")
+    write_text(folder / "report.md", "\n\n".join(report) + "\n")
     console.print(f"wrote {folder}/report.md and {len(result.figures)} figures "
                   f"in {time.perf_counter() - start:.0f} s")  # fmt: skip
 

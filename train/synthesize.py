@@ -20,6 +20,7 @@ from ftac_gym import scenarios
 from ftac_gym.baselines import synthesis
 from ftac_gym.baselines.synthesis.designs import record
 from ftac_gym.utils.console import exit_on, run_program
+from ftac_gym.utils.files import write_text
 
 
 @dataclass(frozen=True)
@@ -62,8 +63,7 @@ def main(config: Config) -> None:
         path = Path(synthesis.__file__).parent / "stored" / f"{config.scenario}.json"
         text = json.dumps(record(spacecraft, observer, controller), indent=1)
         rows = re.compile(r"\[\s+([^\[\]{}]+?)\s+\]")
-        path.parent.mkdir(exist_ok=True)
-        path.write_text(rows.sub(lambda match: "[" + re.sub(r"\s+", " ", match[1]) + "]", text) + "\n")
+        write_text(path, rows.sub(lambda match: "[" + re.sub(r"\s+", " ", match[1]) + "]", text) + "\n")
         print(f"stored in {path}")
 
 

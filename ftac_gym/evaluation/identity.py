@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import sys
 from collections.abc import Iterator
 from functools import cache
@@ -11,7 +10,6 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from ftac_gym.baselines import tuned
 from ftac_gym.policies import Policy
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.serialization import TYPE_KEY, classes, to_plain
@@ -22,7 +20,7 @@ LIBRARIES = ("numpy", "scipy", "numba", "llvmlite", "torch", "stable-baselines3"
 """Libraries that compute numbers of a flight: another version may compute other last digits."""
 
 _APART = {"agents", "tuned_gains", "report", "reproduction", "__pycache__"}
-"""Folders whose data are left out: agents and tuned gains identify themselves, and flights need no texts."""
+"""Folders whose data are left out: agents and tuned gains are in fingerprints, and flights need no texts."""
 
 
 @cache
@@ -49,10 +47,7 @@ def identity(scenario: Scenario, policy: Policy) -> str | None:
     fingerprint, sources = getattr(policy, "fingerprint", None), _outside_sources(scenario)
     if fingerprint is None or sources is None:
         return None
-    # Agents name the tuned gains of their bases; the fingerprint of a baseline holds its gains.
-    bases = sorted(set(getattr(getattr(policy, "interface", None), "bases", ())) & set(tuned.names()))
-    gains = json.dumps({base: tuned.gains(base) for base in bases})
-    return " ".join([package_digest(), sources, gains, fingerprint, scenario.to_json()])
+    return " ".join([package_digest(), sources, fingerprint, scenario.to_json()])
 
 
 def outside_classes(scenario: Scenario) -> list[type]:

@@ -14,7 +14,9 @@ import numpy as np
 
 from ftac_gym import scenarios
 from ftac_gym.task import Episodes, Scenario
+from ftac_gym.utils.files import reading, write_text
 from ftac_gym.utils.parameters import require
+from ftac_gym.utils.serialization import parse_json
 
 FEASIBLE = 500
 """Feasible episodes of each list."""
@@ -69,7 +71,7 @@ def load(split: str, feasible: int = FEASIBLE) -> Episodes:
     ValueError
         If the split is unknown, the list has fewer feasible episodes, or the episodes drawn are not the frozen ones.
     """
-    known: dict[str, Any] = json.loads(resources.files(scenarios).joinpath(_FILE).read_text())
+    known = _lists()
     require(split in known, "split", f"must be one of {list(known)}", split)
     entry = known[split]
     require(1 <= feasible <= entry["feasible"], "feasible", f"must be within [1, {entry['feasible']}]", feasible)
@@ -80,13 +82,25 @@ def load(split: str, feasible: int = FEASIBLE) -> Episodes:
     return first_feasible(episodes, feasible)
 
 
+def _lists() -> dict[str, Any]:
+    """Return the content of the file, by split."""
+    path = resources.files(scenarios).joinpath(_FILE)
+    with reading(Path(str(path)), "install the package again"):
+        known = parse_json(path.read_bytes())
+        for split in scenarios.SPLITS:
+            for part, kind in (("seed", int), ("count", int), ("feasible", int), ("digest", str)):
+                value = known[split][part]
+                require(type(value) is kind, f"{part} of {split}", f"must be of type {kind.__name__}", value)
+        return dict(known)
+
+
 def freeze(path: Path) -> None:
     """Draw the lists of all splits and write them to a file."""
     lists = {}
     for split, seed in seeds().items():
         episodes = draw_feasible(scenarios.get(split), seed, FEASIBLE)
         lists[split] = {"seed": seed, "count": len(episodes), "feasible": FEASIBLE, "digest": episodes.digest()}
-    path.write_text(json.dumps(lists, indent=2) + "\n")
+    write_text(path, json.dumps(lists, indent=2) + "\n")
 
 
 if __name__ == "__main__":

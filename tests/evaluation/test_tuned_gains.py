@@ -40,7 +40,9 @@ def test_the_fingerprint_of_tuned_gains_is_what_they_are(tmp_path, monkeypatch):
     monkeypatch.setattr(tuned, "FOLDER", tmp_path)
 
     def fingerprint(gains, **changes):
-        (tmp_path / "pd.json").write_text(json.dumps({"gains": gains, "provenance": {}}))
+        (tmp_path / "pd.json").write_text(
+            json.dumps({"gains": gains, "provenance": {"scenario": "flagship", "trials": 1}})
+        )
         return DeferredBaseline("pd", "tuned", **changes).fingerprint
 
     first, second = fingerprint({"rate_gain": 6.0}), fingerprint({"rate_gain": 6.5})
@@ -62,3 +64,21 @@ def test_gains_that_are_not_there(tmp_path, monkeypatch):
         DeferredBaseline("pd", gains="best")
     with pytest.raises(ValueError, match=r"gains must be .default. for a baseline not of this package.*tuned"):
         DeferredBaseline(PD, gains="tuned")
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ('{"gains": {"rate_gain": 6.0}, "prov', ".*"),
+        ('{"gains": {"rate_gain": NaN}, "provenance": {}}', "JSON.* must be finite, got nan"),
+        ('{"gains": {"rate_gain": 6.0, "rate_gain": 7.0}, "provenance": {}}', "JSON.* must have every key once"),
+        ('{"gains": [6.0], "provenance": {}}', r"gains must be an object, got \[6.0\]"),
+        ('{"gains": {}, "provenance": {"scenario": "flagship", "trials": "7"}}', "trials of the provenance must be"),
+    ],
+)
+def test_damaged_gains_are_named_with_the_remedy(text, reason, tmp_path, monkeypatch):
+    monkeypatch.setattr(tuned, "FOLDER", tmp_path)
+    (tmp_path / "pd.json").write_text(text)
+    message = rf"pd\.json cannot be read: {reason}.*; tune it again: .*--baseline pd --store$"
+    with pytest.raises(ValueError, match=message):
+        DeferredBaseline("pd", "tuned")

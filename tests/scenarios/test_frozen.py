@@ -46,6 +46,14 @@ def test_what_is_not_on_file_is_refused(arguments, message):
         frozen.load(*arguments)
 
 
+@pytest.mark.parametrize("text", ["", "[]", '{"flagship": {"seed": 1}}', json.dumps(LISTS).replace("10000", '"10000"')])
+def test_a_damaged_file_is_named_with_the_remedy(text, tmp_path, monkeypatch):
+    monkeypatch.setattr(frozen, "_FILE", str(tmp_path / "frozen.json"))
+    (tmp_path / "frozen.json").write_text(text)
+    with pytest.raises(ValueError, match=r"frozen\.json cannot be read: .*; install the package again$"):
+        frozen.load("flagship", 1)
+
+
 def test_a_changed_scenario_is_noticed(monkeypatch):
     usual = scenarios.get("flagship")
     monkeypatch.setattr(scenarios, "get", lambda name: usual.replace(duration=60.0))

@@ -6,10 +6,10 @@ made by ``python train/synthesize.py --scenario NAME --store``.
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,9 @@ from ftac_gym.baselines.synthesis.observer_design import DISC as OBSERVER_DISC
 from ftac_gym.baselines.synthesis.observer_design import ObserverDesign, design_observer
 from ftac_gym.baselines.synthesis.regions import Disc
 from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.utils.files import reading
 from ftac_gym.utils.parameters import FloatArray, require
+from ftac_gym.utils.serialization import parse_json
 
 DESIGNS = ("published", "solved")
 
@@ -52,13 +54,14 @@ class DesignGains:
 @cache
 def published() -> DesignGains:
     """Return the gains of the appendix (A.1), (A.2) of Li et al. 2023, with theta F_2 and theta G_2 of Eq. (68)."""
-    data = json.loads(_FOLDER.joinpath(_PUBLISHED).read_text())
-    observer = ObserverGains(
-        **{name: np.array(part) for name, part in data["observer"].items()},
-        fault_proportional=default_fault_proportional(),
-        vibration_proportional=default_vibration_proportional(4),
-    )
-    return DesignGains(observer, ControllerGains(**data["controller"]))
+    with reading(Path(str(_FOLDER.joinpath(_PUBLISHED))), "install the package again"):
+        data = parse_json(stored_files()[_PUBLISHED])
+        observer = ObserverGains(
+            **{name: np.array(part) for name, part in data["observer"].items()},
+            fault_proportional=default_fault_proportional(),
+            vibration_proportional=default_vibration_proportional(4),
+        )
+        return DesignGains(observer, ControllerGains(**data["controller"]))
 
 
 def design(
@@ -104,15 +107,19 @@ def solved(spacecraft: Spacecraft) -> DesignGains:
     Raises
     ------
     ValueError
-        If the spacecraft is rigid or there is no solution.
+        If the spacecraft is rigid, there is no solution, or a stored design is damaged.
     ImportError
         If no design is stored, and without CVXPY.
     """
     numbers = identity(spacecraft)
-    for file in sorted(_FOLDER.joinpath("stored").iterdir(), key=lambda entry: entry.name):
-        data = json.loads(file.read_text())
-        if data["spacecraft"] == numbers:
-            return DesignGains(ObserverGains(**data["observer"]), ControllerGains(**data["controller"]))
+    for name, content in stored_files().items():
+        if name == _PUBLISHED:
+            continue
+        remedy = f"solve it again: python train/synthesize.py --scenario {name.removesuffix('.json')} --store"
+        with reading(Path(str(_FOLDER.joinpath("stored", name))), remedy):
+            data = parse_json(content)
+            if data["spacecraft"] == numbers:
+                return DesignGains(ObserverGains(**data["observer"]), ControllerGains(**data["controller"]))
     try:
         observer, controller = design(spacecraft)
     except ImportError as error:

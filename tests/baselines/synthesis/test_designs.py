@@ -3,8 +3,10 @@
 import importlib.util
 import json
 import math
+import shutil
 import sys
 from dataclasses import replace
+from functools import partial
 from importlib import resources
 from pathlib import Path
 
@@ -15,6 +17,7 @@ from helpers.flexible_spacecraft import INERTIA, PYRAMID, li_spacecraft, random_
 from ftac_gym import scenarios
 from ftac_gym.baselines import synthesis
 from ftac_gym.baselines.components.takagi_sugeno import TakagiSugenoModel
+from ftac_gym.baselines.synthesis import designs
 from ftac_gym.baselines.synthesis.gain_matrices import (
     default_fault_proportional,
     default_vibration_proportional,
@@ -75,6 +78,24 @@ def test_stored_designs_are_for_equal_numbers_alone(no_solver):
     with pytest.raises(ImportError, match=r"ftac-gym\[lmi\]"):
         synthesis.solved(limited)
     assert synthesis.solved(li_spacecraft()) is synthesis.solved(scenarios.get("li_2023").spacecraft)
+
+
+@pytest.mark.parametrize(
+    ("file", "remedy"),
+    [
+        ("stored/flexible.json", "solve it again: python train/synthesize.py --scenario flexible --store"),
+        ("li_2023_published.json", "install the package again"),
+    ],
+)
+@pytest.mark.parametrize("text", ['{"spacecraft": {', "[]", '{"observer": {"rate": NaN}}'])
+def test_a_damaged_file_is_named_with_the_remedy(file, remedy, text, tmp_path, monkeypatch):
+    shutil.copytree(STORED, tmp_path / "stored")
+    (tmp_path / "li_2023_published.json").write_text(text)
+    (tmp_path / file).write_text(text)
+    monkeypatch.setattr(designs, "_FOLDER", tmp_path)
+    load = partial(designs.solved.__wrapped__, SMALL) if "stored" in file else designs.published.__wrapped__
+    with pytest.raises(ValueError, match=rf"{Path(file).name} cannot be read: .*; {remedy}$"):
+        load()
 
 
 def test_published_gains_need_no_solver(no_solver):
