@@ -88,7 +88,7 @@ BENDING = {
     [
         ({"initial_state": InitialState(rate=FAST)}, "initial_state.rate must be at most 50 rad/s, 1 rad in a phys"),
         ({"initial_state": InitialState(max_rate=300.0)}, "initial_state.max_rate must be at most 50 rad/s, .*300"),
-        ({"initial_state": InitialState(wheel_momentum=13.0)}, "initial_state.wheel_momentum must stay within the limits"),
+        ({"initial_state": InitialState(wheel_momentum=13.0)}, "initial_state.wheel_momentum must stay within the"),
         (small(1.0, None), r"physics_step must be at most .* the rate could reach .* rad/s \(.*wheels"),
         (small(1.0, 1.0), r"physics_step must be at most .* the rate could reach .* rad/s"),
         (
