@@ -136,8 +136,7 @@ class Simulator:
         ------
         ValueError
             If the mask has the wrong shape, or does not cover all spacecraft at the first reset. Also if the episodes
-            do not fit the scenario, hold a number that is none of an episode, or are not one for each spacecraft to be
-            reset.
+            do not fit the scenario, hold a wrong number, or are not one for each spacecraft to be reset.
         """
         require(isinstance(episodes, Episodes), "episodes", "must be an Episodes object", episodes)
         rows = self._indices

@@ -74,8 +74,8 @@ class InertiaUncertainty:
     def extremes(self, nominal: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return matrices (3, 3) whose eigenvalues bound the principal moments of the inertia [kg m^2].
 
-        The moments of a stretched body lie between those of the nominal one times the squares of the least and the
-        largest stretch, which Gershgorin's circles bound.
+        The moments of a stretched body lie between those of the nominal one times the squares of the extreme
+        stretches. Gershgorin's circles bound these.
         """
         shear, swing = self.relative / 4.0, np.diag(np.abs(self.amplitude))
         offset = np.zeros((3, 3)) if self.offset is None else np.array(self.offset)

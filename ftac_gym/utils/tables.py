@@ -49,6 +49,6 @@ def check_values(values: npt.NDArray[Any], rule: Rule, name: str) -> None:
 
 
 def check_fields(table: npt.NDArray[np.void], rules: Mapping[str, Rule], name: str) -> None:
-    """Raise a ValueError unless each field of records obeys its rule; fields without one must be finite."""
+    """Raise a ValueError unless each field of records follows its rule; fields without one must be finite."""
     for field in table.dtype.names or ():
         check_values(table[field], rules.get(field, FINITE), f"{name}.{field}")

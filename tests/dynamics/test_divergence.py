@@ -89,7 +89,7 @@ def test_a_policy_that_pushes_without_end_meets_the_error_in_every_environment()
 
 @pytest.mark.parametrize("tier", ["attitude", "telemetry", "oracle"])
 def test_a_reset_frees_the_spacecraft_and_the_others_go_on_as_if_nothing_had_been(tier):
-    """The mended one flies its next episode, the others the rest of theirs: to the bit."""
+    """The corrected one flies its next episode, the others the rest of theirs: to the bit."""
     envs = [SpacecraftFTCVectorEnv(3, observation=tier, autoreset_mode="Disabled") for _ in range(2)]
     sick, sound = envs
     rng = np.random.default_rng(0)
