@@ -138,7 +138,7 @@ class Simulator:
             If the mask has the wrong shape, or does not cover all spacecraft at the first reset. Also if the episodes
             do not fit the scenario, hold a wrong number, or are not one for each spacecraft to be reset.
         """
-        require(isinstance(episodes, Episodes), "episodes", "must be an Episodes object", episodes)
+        episodes = fitted(episodes, self.scenario)
         rows = self._indices
         if mask is not None:
             mask = np.asarray(mask)
@@ -147,7 +147,7 @@ class Simulator:
             rows = np.flatnonzero(mask)
         count = len(episodes)
         require(count == len(rows), "episodes", f"must be {len(rows)}, one per spacecraft reset", count)
-        self.begin(fitted(episodes, self.scenario), rows)
+        self.begin(episodes, rows)
 
     def begin(self, episodes: Episodes, rows: npt.NDArray[np.int64]) -> None:
         """Start episodes that the scenario has drawn for the listed spacecraft, without the checks of :meth:`reset`."""

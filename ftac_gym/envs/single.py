@@ -119,7 +119,8 @@ class SpacecraftFTCEnv(BatchEnvironment, gym.Env[Observation, npt.NDArray[Any]])
         seed
             Start over with episode 0 of this seed; None goes on with the next episode.
         options
-            ``{"episodes": Episodes}`` replays the given single episode.
+            ``{"episodes": Episodes}`` replays the given single episode, which
+            :func:`~ftac_gym.task.fitting.fitted` checks and labels for this scenario.
 
         Returns
         -------

@@ -105,7 +105,8 @@ class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArra
             None goes on with all.
         options
             ``{"reset_mask": mask}`` (N,) resets only some spacecraft; ``{"episodes": Episodes}`` replays the given
-            episodes, one per spacecraft that is reset.
+            episodes, one per spacecraft that is reset. :func:`~ftac_gym.task.fitting.fitted` checks them and labels
+            them for this scenario.
 
         Returns
         -------

@@ -18,8 +18,8 @@ _RULES: Mapping[str, Rule] = {
 """Rules of the fields of FAULT and SENSOR_FAULT for which it is not enough to be finite."""
 
 _SWITCHES: Rule = (
-    lambda values: np.all(values[..., :1] >= 0.0, axis=-1) & np.all(values[..., 1:] >= values[..., :-1], axis=-1),
-    "must hold times that do not decrease",
+    lambda values: values >= np.concatenate([np.zeros_like(values[..., :1]), values[..., :-1]], axis=-1),
+    "must hold times that are not negative and do not decrease",
 )
 
 

@@ -81,7 +81,7 @@ def registered() -> dict[str, type[Fault]]:
 def label_of(number: int) -> str:
     """Return the label of a kind, for tables and figures, from its number in the fault tables.
 
-    Episodes from a file may hold a kind that is not registered in this process; its label says "unknown".
+    The label of a kind that is not registered in this process says "unknown".
     """
     if number == FaultKind.NONE:
         return FaultKind.NONE.label

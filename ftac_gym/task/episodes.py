@@ -9,6 +9,7 @@ import zlib
 from dataclasses import dataclass, fields
 from os import PathLike
 from pathlib import Path
+from tokenize import TokenError
 from typing import Any
 from zipfile import BadZipFile
 
@@ -19,7 +20,7 @@ from ftac_gym.faults import DrawnFaults
 from ftac_gym.utils.files import reading, replacing
 
 RecordArray = npt.NDArray[np.void]
-_DAMAGE = (BadZipFile, zlib.error, NotImplementedError, RuntimeError, MemoryError, OverflowError, struct.error)
+_DAMAGE = (BadZipFile, zlib.error, struct.error, TokenError, RuntimeError, MemoryError, OverflowError)
 """Further errors of NumPy and of Python's zipfile about a damaged archive."""
 
 Selection = int | slice | npt.NDArray[Any]
@@ -146,10 +147,10 @@ class Episodes:
 
         names = [field.name for field in fields(cls)]
         with reading(Path(path), "use a file that Episodes.save has written", *_DAMAGE):
-            data = np.load(path, allow_pickle=False)
-            if not isinstance(data, np.lib.npyio.NpzFile):
-                raise ValueError("it holds no episodes but a single array")
-            with data:
+            with open(path, "rb") as file:
+                data = np.load(file, allow_pickle=False)
+                if not isinstance(data, np.lib.npyio.NpzFile):
+                    raise ValueError("it holds no episodes but a single array")
                 if missing := [name for name in names if name not in data]:
                     raise ValueError(f"it holds no episodes: it lacks {missing[0]!r}")
                 values: dict[str, Any] = {name: data[name] for name in names}

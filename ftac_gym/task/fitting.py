@@ -17,6 +17,7 @@ from ftac_gym.task.disturbances import DISTURBANCE, HARMONIC, Disturbance
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.inertia import INERTIA, InertiaUncertainty
 from ftac_gym.task.initial_state import initial_dtype
+from ftac_gym.task.reach import LARGEST_TURN
 from ftac_gym.task.references import REFERENCE, SET_POINT
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.task.sensors import LARGEST_MISALIGNMENT, SENSOR
@@ -74,16 +75,17 @@ _KEPT: Mapping[str, Callable[[Scenario], Any]] = {
 def _check_forms(episodes: Episodes, scenario: Scenario) -> None:
     """Check the data types and shapes of all arrays but those of faults."""
     wheels, modes = scenario.spacecraft.wheels.count, scenario.spacecraft.modes
-    given = np.shape(episodes.faults)[1:2]
-    require(given == (wheels,), "episodes", f"must have {wheels} wheels", *given or (None,))
-    given = np.shape(episodes.modes)[1:]
-    require(given == (modes,), "episodes", f"must be of spacecraft with {modes} vibration modes", *given or (None,))
+    for name, count, rule in (
+        ("faults", wheels, f"must have {wheels} wheels"),
+        ("modes", modes, f"must be of spacecraft with {modes} vibration modes"),
+    ):
+        given: tuple[int, ...] = getattr(getattr(episodes, name), "shape", ())
+        require(given[1:2] == (count,), "episodes", rule, given[1] if len(given) > 1 else None)
     torque = scenario.disturbance or Disturbance()
     _, harmonics = torque.draw(np.zeros((0, torque.uniform_count)), np.zeros((0, 3, 3)))
     _, points = scenario.reference.draw(np.zeros((0, scenario.reference.uniform_count)))
     forms: Mapping[str, tuple[Any, tuple[int, ...]]] = {
         "key": (np.uint32, (2,)),
-        "index": (np.int64, ()),
         "initial": (initial_dtype(wheels, modes), ()),
         "inertia": (INERTIA, ()),
         "disturbance": (DISTURBANCE, ()),
@@ -95,6 +97,7 @@ def _check_forms(episodes: Episodes, scenario: Scenario) -> None:
         "modes": (MODE, (modes,)),
     }
     with fields_named("episodes must fit the scenario: "):
+        check_form(episodes.index, np.int64, (None,), "index")
         for name, (dtype, shape) in forms.items():
             check_form(getattr(episodes, name), dtype, (len(episodes), *shape), name)
 
@@ -111,6 +114,9 @@ def _check_numbers(episodes: Episodes, scenario: Scenario) -> None:
         check_values(episodes.reference["kind"], same_kind, "reference.kind")
         inside: Rule = lambda values: np.abs(values) <= wheels.momentum_limits, "must stay within the momentum limits"
         check_values(episodes.initial["wheel_momentum"], inside, "initial.wheel_momentum")
+        fastest = LARGEST_TURN / scenario.physics_step
+        slow: Rule = lambda values: np.linalg.norm(values, axis=-1) <= fastest, f"must be at most {fastest:.4g} rad/s"
+        check_values(episodes.initial["rate"], slow, "initial.rate")
         varying = np.abs(episodes.inertia["amplitude"])[:, :, None] * np.eye(3)
         least = np.linalg.eigvalsh(episodes.inertia["constant"] - varying)[:, 0]
         definite: Rule = lambda values: values > 0.0, "must stay positive definite; the smallest eigenvalue [kg m^2]"

@@ -31,9 +31,11 @@ def check_form(array: Any, dtype: npt.DTypeLike, shape: tuple[int | None, ...], 
     expected = np.dtype(dtype)
     if array.dtype == expected:
         return
-    same = array.dtype.names == expected.names and expected.names is not None
-    require(same, name, f"must be of the type {expected.names or expected}", array.dtype.names or array.dtype)
-    for field in expected.names or ():
+    given, fields = array.dtype.names or (), expected.names or ()
+    for field in fields:
+        require(field in given, name, f"must have the field {field!r}", given or array.dtype)
+    require(bool(fields) and len(fields) == len(given), name, f"must be of the type {fields or expected}", array.dtype)
+    for field in fields:
         want, have = expected[field], array.dtype[field]
         require(want == have, f"{name}.{field}", f"must be of the type {want}", have)
     require(False, name, "must have its fields side by side", array.dtype.itemsize)

@@ -1,6 +1,7 @@
 """Tests of `ftac_gym.task.episodes`: selection, files and digests of drawn numbers."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -101,6 +102,82 @@ def test_other_files_are_refused(kind, tmp_path):
             np.save(file, np.arange(3))
     with pytest.raises(ValueError):
         Episodes.load(path)
+
+
+def assert_refused(path):
+    with pytest.raises(ValueError) as error:
+        Episodes.load(path)
+    message = str(error.value)
+    assert message.startswith(f"{path} cannot be read: ") and message.endswith("a file that Episodes.save has written")
+    assert "\n" not in message and len(message) <= 500
+    return message
+
+
+def test_files_that_are_cut_off_anywhere_are_refused(episodes, tmp_path):
+    path = tmp_path / "episodes.npz"
+    episodes.save(path)
+    whole = path.read_bytes()
+    for length in np.random.default_rng(0).integers(0, len(whole), 40):
+        path.write_bytes(whole[:length])
+        assert_refused(path)
+
+
+def test_files_that_are_garbled_anywhere_are_refused_or_the_same(faulty, tmp_path):
+    path = tmp_path / "episodes.npz"
+    faulty.save(path)
+    whole, random, refused = path.read_bytes(), np.random.default_rng(0), 0
+    for _ in range(80):
+        garbled = bytearray(whole)
+        start = random.integers(0, len(whole) - 8)
+        garbled[start : start + int(random.integers(1, 8))] = random.bytes(1)
+        path.write_bytes(garbled)
+        try:
+            loaded = Episodes.load(path)
+        except ValueError:
+            assert_refused(path)
+            refused += 1
+        else:  # The date of an array, for example.
+            assert_same(loaded, faulty)
+    assert refused > 40
+
+
+@pytest.mark.parametrize(
+    ("name", "field", "number", "message"),
+    [
+        ("faults", "delay", 10**8, r"faults\.delay must be within \[0, 5\], got 100000000"),
+        ("faults", "chain", 10**8, r"faults\.chain must be one of the 3 chains, or -1, got 100000000"),
+        ("initial", "rate", np.nan, r"initial\.rate must be finite, got nan"),
+        ("scenario_json", None, "{}", r"scenario\.type must be one of \['Scenario'\], got None"),
+        ("modes", "damping", -1.0, r"modes\.damping must be finite and not negative, got -1\.0"),
+    ],
+)
+def test_saved_numbers_are_checked(faulty, name, field, number, message, tmp_path):
+    if field is None:
+        wrong = number
+    else:
+        wrong = getattr(faulty, name).copy()
+        wrong[field] = number
+    dataclasses.replace(faulty, **{name: wrong}).save(tmp_path / "episodes.npz")
+    assert re.search(message, assert_refused(tmp_path / "episodes.npz"))
+
+
+def test_a_missing_file_is_named(tmp_path):
+    assert_refused(tmp_path / "missing.npz")
+
+
+def test_saving_replaces_a_file_whole_or_not_at_all(episodes, tmp_path, monkeypatch):
+    path = tmp_path / "episodes.npz"
+    episodes.save(path)
+    before = path.read_bytes()
+
+    def full(file, **arrays):
+        file.write(b"half")
+        raise OSError(28, "no space left")
+
+    monkeypatch.setattr(np, "savez_compressed", full)
+    with pytest.raises(OSError, match="no space left"):
+        episodes[:2].save(path)
+    assert path.read_bytes() == before and list(tmp_path.iterdir()) == [path]
 
 
 # ---------------------------------------------------------------------------------------------------------- digests
