@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 
+from ftac_gym.baselines.clock import check_elapsed
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gains import SearchSpace, schedule_of, with_schedule
-from ftac_gym.baselines.interface import as_action, measurement_of
+from ftac_gym.baselines.interface import as_action, check_scenario, measurement_of, source_of
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.tunable import Tunable
 from ftac_gym.task.measurement import Measurement
@@ -25,7 +28,8 @@ class Baseline(Tunable, ABC):
     """A digital controller of N spacecraft: one call per control period, its output held until the next.
 
     It is built from the scenario's nominal parameters and never receives the true ones. A subclass has the equations in
-    :meth:`act`, its gains as a dataclass (:mod:`~ftac_gym.baselines.gains`) and its state in :attr:`memory`.
+    :meth:`act`, its gains as a dataclass (:mod:`~ftac_gym.baselines.gains`) and its state in :attr:`memory`. Every
+    ``act`` checks the number of spacecraft and the time since the last call: zero or one control period.
 
     Parameters
     ----------
@@ -51,6 +55,22 @@ class Baseline(Tunable, ABC):
     needs_torque_limits: ClassVar[bool] = False
     """True for a baseline that needs a torque limit of every wheel."""
 
+    _arguments: tuple[tuple[Any, ...], dict[str, Any]] = ((), {})
+    _served: Any = None
+    """Source of the measurements of the present episodes; None before the first, and in copies."""
+
+    def __new__(cls, *args: Any, **kwargs: Any) -> Self:
+        """Keep the arguments, from which the baseline is built again for other numbers of spacecraft."""
+        self = super().__new__(cls)
+        self._arguments = args, kwargs
+        return self
+
+    def __init_subclass__(cls) -> None:
+        """Put the checks in front of a subclass's :meth:`act`."""
+        super().__init_subclass__()
+        if "act" in cls.__dict__:
+            cls.act = _checked(cls.__dict__["act"])  # type: ignore[method-assign]
+
     def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
         super().__init__(**gains)
         require(isinstance(scenario, Scenario), "scenario", "must be a Scenario", scenario)
@@ -65,6 +85,8 @@ class Baseline(Tunable, ABC):
         self.num_spacecraft = int(num_spacecraft)
         self.memory = Memory(self.num_spacecraft)
         """State of the baseline and its observers between two calls."""
+        self.memory.add("called_at", (), initial=np.nan)
+        self.memory.add("command", (wheels.count,))
         self.scheduled: Any = self.gains
         """The gains in use: ``gains``, with arrays (N, 1) for those that are scheduled."""
         self._inertia = scenario.spacecraft.inertia_matrix
@@ -76,6 +98,17 @@ class Baseline(Tunable, ABC):
     def _build(self) -> None:
         """Build the parts from ``gains`` and :attr:`scenario`, and add their state to :attr:`memory`."""
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave the environment out of copies and pickles."""
+        return {**self.__dict__, "_served": None}
+
+    def again(self, num_spacecraft: int) -> Self:
+        """Build the same baseline for another number of spacecraft."""
+        args, kwargs = self._arguments
+        bound = inspect.signature(type(self)).bind(*args, **kwargs)
+        bound.arguments["num_spacecraft"] = num_spacecraft
+        return type(self)(*bound.args, **bound.kwargs)
+
     @classmethod
     def space(cls, **gains: Any) -> SearchSpace:
         """Return the ranges that a tuner searches, for the variant with these gains."""
@@ -83,7 +116,14 @@ class Baseline(Tunable, ABC):
 
     @abstractmethod
     def act(self, measurement: Measurement) -> FloatArray:
-        """Return the wheel torques to command, (N, wheels) [N m], within their limits."""
+        """Return the wheel torques to command, (N, wheels) [N m], within their limits.
+
+        Raises
+        ------
+        ValueError
+            If the measurement is of another number of spacecraft, or the time since the last call is neither zero nor
+            the control period.
+        """
 
     def reset(self, mask: BoolArray | None = None) -> None:
         """Set the memory of the spacecraft in the mask (N,), or of all, to its initial values."""
@@ -137,6 +177,27 @@ class Baseline(Tunable, ABC):
         self.memory.restore(before, ~mask)
         return command
 
+    def respond(self, measurement: Measurement, started: BoolArray | None = None) -> FloatArray:
+        """Return the wheel torques (N, wheels) [N m] for the control period that begins at a measurement.
+
+        Spacecraft whose time is that of the last call hold their command: a second call changes nothing.
+
+        Parameters
+        ----------
+        measurement
+            The measurement.
+        started
+            (N,) spacecraft whose measurement is the first of their episode; their memory is reset. None: those that
+            have just been reset.
+        """
+        if started is not None and started.any():
+            self.reset(started)
+        due = measurement.time != self.memory["called_at"]
+        if due.all():
+            return self.act(measurement)
+        held = self.memory["command"]
+        return np.where(due[:, None], self.act_only(measurement, due), held) if due.any() else held
+
     @property
     def estimate(self) -> FaultEstimate | None:
         """The latest estimate of the observer inside, or None if there is none."""
@@ -149,8 +210,33 @@ class Baseline(Tunable, ABC):
         ----------
         env
             A single, vector or SB3 vector environment of this package, wrapped or not, of as many spacecraft.
+
+        Raises
+        ------
+        ValueError
+            If the environment has another number of spacecraft, or its scenario differs in what a baseline is built
+            from.
         """
         return BaselinePolicy(self, env)
+
+
+Act = Callable[[Any, Measurement], FloatArray]
+
+
+def _checked(act: Act) -> Act:
+    """Return an ``act`` that checks the measurement first, and remembers time and command."""
+
+    @functools.wraps(act)
+    def checked(self: Baseline, measurement: Measurement) -> FloatArray:
+        memory, time = self.memory, measurement.time
+        if time.shape != (self.num_spacecraft,):
+            raise ValueError(f"measurement must be of {self.num_spacecraft} spacecraft, got {len(measurement)}")
+        check_elapsed(type(self).__name__, time, memory["called_at"], self._period)
+        command = act(self, measurement)
+        memory["called_at"], memory["command"] = time, command
+        return command
+
+    return checked
 
 
 class BaselinePolicy:
@@ -161,14 +247,22 @@ class BaselinePolicy:
     Parameters
     ----------
     baseline
-        The baseline; its number of spacecraft must be that of the environment.
+        The baseline; spacecraft, control period and number of spacecraft must be those of the environment. It serves
+        one environment at a time: another takes it over when all of its episodes start.
     env
         The source of the measurements.
+
+    Raises
+    ------
+    ValueError
+        If the environment is not of this package, or does not fit the baseline.
     """
 
     def __init__(self, baseline: Baseline, env: Any) -> None:
+        check_scenario(env, baseline.scenario, baseline.num_spacecraft)
         self.baseline = baseline
         self.env = env
+        self._source = source_of(env)
         self._torque_limits = baseline.scenario.spacecraft.wheels.torque_limits
 
     def predict(
@@ -187,16 +281,25 @@ class BaselinePolicy:
         state
             Ignored: the state is in the baseline.
         episode_start
-            (N,) flags of the spacecraft whose measurement is the first of their episode; None takes those whose time is
-            zero. In NEXT_STEP mode that is one call after the call that ended the episode.
+            (N,) flags of spacecraft whose measurement is the first of their episode, besides those whose time is zero.
+            None: those alone.
         deterministic
             Ignored: a baseline always is.
+
+        Raises
+        ------
+        ValueError
+            If the time since the last call is neither zero, for which the last action is returned again, nor the
+            control period; or if the baseline serves another environment.
         """
-        measurement = measurement_of(self.env, truth=self.baseline.information == "oracle")
-        count, rule = self.baseline.num_spacecraft, f"must be that of the environment, {len(measurement)}"
-        require(len(measurement) == count, "num_spacecraft", rule, count)
-        started = measurement.time == 0.0 if episode_start is None else np.atleast_1d(episode_start).astype(np.bool_)
-        if started.any():
-            self.baseline.reset(started)
-        action = as_action(self.baseline.act(measurement), self._torque_limits)
+        baseline = self.baseline
+        measurement = measurement_of(self.env, truth=baseline.information == "oracle")
+        started = measurement.time == 0.0
+        if episode_start is not None:
+            started |= np.atleast_1d(episode_start).astype(np.bool_)
+        if baseline._served is None or started.all():
+            baseline._served = self._source
+        rule = "must serve one environment at a time: build another one for the other environment"
+        require(baseline._served is self._source, "baseline", rule, type(baseline).__name__)
+        action = as_action(baseline.respond(measurement, started), self._torque_limits)
         return (action if np.ndim(observation) > 1 else action[0]), None

@@ -9,7 +9,22 @@ import numpy as np
 
 from ftac_gym.faults import FaultEffect
 from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, require
+
+
+def source_of(env: Any) -> Any:
+    """Return the environment with the measurements, inside of all wrappers.
+
+    Raises
+    ------
+    ValueError
+        If the environment has no measurement.
+    """
+    source = getattr(env, "unwrapped", env)
+    known = callable(getattr(source, "measurement", None)) or callable(getattr(env, "env_method", None))
+    require(known, "env", "must have a measurement() method", env)
+    return source
 
 
 def measurement_of(env: Any, truth: bool = False) -> Measurement:
@@ -27,17 +42,61 @@ def measurement_of(env: Any, truth: bool = False) -> Measurement:
     ValueError
         If the environment has no measurement.
     """
-    source = getattr(env, "unwrapped", env)
+    source = source_of(env)
     if callable(getattr(source, "measurement", None)):
         measurement: Measurement = source.measurement(truth=truth)
         return measurement
     # Stable-Baselines3's own vector environments hold single environments.
-    require(callable(getattr(env, "env_method", None)), "env", "must have a measurement() method", env)
     parts = env.env_method("measurement", truth=truth)
     names = [field.name for field in dataclasses.fields(Measurement) if field.name != "truth"]
     effect = FaultEffect(*map(np.concatenate, zip(*(part.truth for part in parts), strict=True))) if truth else None
     arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
     return Measurement(**arrays, truth=effect)
+
+
+def check_scenario(env: Any, scenario: Scenario, num_spacecraft: int) -> None:
+    """Refuse an environment that differs in what a baseline is built from.
+
+    Faults, disturbance, sensors, starts and uncertainties are the environment's own: no baseline is built from them.
+
+    Parameters
+    ----------
+    env
+        The environment, as for :func:`measurement_of`.
+    scenario, num_spacecraft
+        Those of the baseline.
+
+    Raises
+    ------
+    ValueError
+        If the environment has no measurement, another number of spacecraft, or another nominal spacecraft, control
+        period, motion of the reference or prescribed bound.
+    """
+    source = source_of(env)
+    # Stable-Baselines3's vector environments answer for the environments inside.
+    several = callable(getattr(env, "env_method", None))
+    found = env.get_attr("scenario") if several else [getattr(source, "scenario", scenario)]
+    count = getattr(source, "num_envs", 1)
+    require(count == num_spacecraft, "num_spacecraft", f"must be that of the environment, {count}", num_spacecraft)
+    for other in found:
+        parts = [name for name, part in _parts(scenario).items() if part != _parts(other)[name]]
+        rule = "must be built from the scenario of the environment, env.unwrapped.scenario"
+        periods = f" ({scenario.control_period:g} and {other.control_period:g} s)" if "control_period" in parts else ""
+        if parts:
+            raise ValueError(f"baseline {rule}, got {scenario.name!r} with another {', '.join(parts)}{periods}")
+
+
+def _parts(scenario: Scenario) -> dict[str, Any]:
+    """Return the parts of a scenario that a baseline is built from, by name."""
+    spacecraft, wheels = scenario.spacecraft, scenario.spacecraft.wheels
+    return {
+        "inertia": spacecraft.inertia,
+        "appendages": spacecraft.appendages,
+        **{name: getattr(wheels, name) for name in ("axes", "torque_limit", "momentum_limit", "momentum_coupling")},
+        "control_period": scenario.control_period,
+        "kind of reference (moving or at rest)": scenario.reference.moving,
+        "prescribed_bound": scenario.prescribed_bound,
+    }
 
 
 def as_action(command: FloatArray, torque_limits: FloatArray) -> FloatArray:

@@ -126,8 +126,9 @@ def _registered(name: BaselineLike) -> TypeGuard[str]:
 
 
 def _entry(name: BaselineLike) -> Entry:
-    if isinstance(name, type):
-        require(issubclass(name, Baseline), "baseline", "must be a name or a class that derives from Baseline", name)
+    if not isinstance(name, str):
+        known = isinstance(name, type) and issubclass(name, Baseline)
+        require(known, "baseline", "must be a name or a class that derives from Baseline, not an object of one", name)
         return Entry(name)
     if is_path(name):
         return Entry(imported(name))

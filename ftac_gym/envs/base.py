@@ -1,5 +1,6 @@
 """Arguments, attributes and methods that the single and the vector environment share."""
 
+import copy
 import dataclasses
 from collections.abc import Mapping
 from typing import Any
@@ -105,7 +106,9 @@ class BatchEnvironment:
         """Set the severity of the faults of the coming episodes, in [0, 1]; running episodes do not change.
 
         A hook for curricula: ``env.unwrapped.set_severity(0.3)``, or ``env_method("set_severity", 0.3)`` of any
-        Stable-Baselines3 vector environment. See :class:`~ftac_gym.faults.FaultDistribution`.
+        Stable-Baselines3 vector environment. See :class:`~ftac_gym.faults.FaultDistribution`. From now on ``spec``
+        makes environments of this severity. Gymnasium's wrappers keep the ``spec`` that was first read from them: read
+        it later, or that of ``env.unwrapped``.
 
         Raises
         ------
@@ -117,6 +120,10 @@ class BatchEnvironment:
             raise ValueError(f"faults must be a FaultDistribution to have a severity, got {faults!r}")
         self.batch.scenario = self.batch.scenario.replace(faults=dataclasses.replace(faults, severity=severity))
         self.batch.simulator.scenario = self.batch.scenario
+        if self._spec is not None:
+            spec = copy.copy(self._spec)
+            spec.kwargs = {**spec.kwargs, "faults": self.batch.scenario.faults}
+            self.spec = spec
 
     def measurement(self, truth: bool = False) -> Measurement:
         """Return the present measurement, the input of baselines; its first axis is always that of the spacecraft.

@@ -9,7 +9,7 @@ from ftac_gym.envs.observer import Observer
 from ftac_gym.envs.reward import Reward
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import FloatArray, require
+from ftac_gym.utils.parameters import FloatArray, real_numbers, require
 from ftac_gym.utils.randomness import keys_from_seeds
 
 BoolArray = npt.NDArray[np.bool_]
@@ -86,12 +86,12 @@ class SpacecraftBatch:
         Raises
         ------
         ValueError
-            If the action has the wrong shape or is not finite.
+            If the action has the wrong shape, is not finite, or does not consist of real numbers.
         DivergenceError
             If a spacecraft has diverged. The others have completed the step: after a reset of those that the error
             names, all go on.
         """
-        fraction = np.asarray(action, dtype=np.float64)
+        fraction = real_numbers(action, "action").astype(np.float64, copy=False)
         if fraction.shape != self._limits.shape:
             raise ValueError(f"action must have shape {self._limits.shape}, got {fraction.shape}")
         if not np.isfinite(fraction).all():

@@ -15,7 +15,7 @@ from ftac_gym.envs.rendering.display import RENDER_MODES
 from ftac_gym.envs.reward import TERMS, total
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import FloatArray, require
+from ftac_gym.utils.parameters import FloatArray, require, whole
 
 Observation = npt.NDArray[np.float32]
 
@@ -79,8 +79,7 @@ class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArra
         chosen = resolve_scenario(scenario, default_scenario, scenario_changes)
         self._prepare(SpacecraftBatch(chosen, observation, self.num_envs, threads), render_mode, width, height)
         if max_episode_steps is not None and max_episode_steps != -1:
-            require(max_episode_steps > 0, "max_episode_steps", "must be positive", max_episode_steps)
-            self.batch.horizon = min(self.batch.horizon, int(max_episode_steps))
+            self.batch.horizon = min(self.batch.horizon, whole(max_episode_steps, 1, "max_episode_steps"))
         self.single_observation_space = self.batch.observation_space
         self.single_action_space = self.batch.action_space
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)

@@ -203,6 +203,13 @@ def unit_quaternion(values: Sequence[float], field: str) -> Vector:
     return quaternion if abs(norm - 1.0) < 1e-15 else tuple(value / norm for value in quaternion)
 
 
+def real_numbers(values: npt.ArrayLike, field: str) -> npt.NDArray[Any]:
+    """Return the values as an array; raise a ValueError unless they are floats or integers, of any size."""
+    array = np.asarray(values)
+    require(array.dtype.kind in "fiu", field, "must consist of real numbers", array.dtype)
+    return array
+
+
 def interval(
     value: Interval, field: str, low: float = -math.inf, high: float = math.inf, above: float = -math.inf
 ) -> Interval:

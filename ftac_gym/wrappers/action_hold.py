@@ -1,6 +1,6 @@
 """Actions that are held for several control periods: by an environment, and by a policy."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import gymnasium as gym
@@ -73,12 +73,19 @@ def held_decision(
     return held, (np.where(due, periods, waiting) - 1, held, memory)
 
 
+def frame_rate_divided(metadata: Mapping[str, Any], periods: int) -> dict[str, Any]:
+    """Return the metadata of an environment that shows a frame once in several control periods."""
+    rate = {"render_fps": metadata["render_fps"] / periods} if "render_fps" in metadata else {}
+    return {**metadata, **rate}
+
+
 class ActionHold(gym.Wrapper[Observation, npt.NDArray[Any], Observation, npt.NDArray[Any]], RecordConstructorArgs):
     """Hold every action for several control periods, or to the end of the episode, and add up their rewards.
 
     Observation and info are those of the last of these periods. It goes outside of all other wrappers of this package,
-    which run once per control period. For vector environments see ``hold`` of
-    :class:`~ftac_gym.wrappers.sb3.SB3VecEnv`.
+    which run once per control period; a baseline that acts through it is refused at its second action. For vector
+    environments see ``hold`` of :class:`~ftac_gym.wrappers.sb3.SB3VecEnv`. The frame rate ``metadata["render_fps"]`` is
+    that of the actions.
 
     Parameters
     ----------
@@ -99,6 +106,7 @@ class ActionHold(gym.Wrapper[Observation, npt.NDArray[Any], Observation, npt.NDA
         self.steps = whole(steps, 1, "steps")
         RecordConstructorArgs.__init__(self, steps=self.steps)
         super().__init__(env)
+        self.metadata = frame_rate_divided(env.metadata, self.steps)
 
     def step(self, action: npt.NDArray[Any]) -> tuple[Observation, Any, bool, bool, dict[str, Any]]:
         """Step the environment with the same action, several times."""

@@ -96,7 +96,7 @@ class Scheduling(BaseTransform):
         require(bool(np.isfinite(actions).all()), "action", "must be finite", actions)
         measurement = self.measure(np.ones(self.num_spacecraft, dtype=np.bool_), self.baseline.reset)
         self.baseline.schedule(dict(zip(self.gains, self.values(actions).T, strict=True)))
-        return as_action(self.baseline.act(measurement), self._limits)
+        return as_action(self.baseline.respond(measurement), self._limits)
 
 
 def _pair(value: Any, field: str) -> tuple[float, float]:

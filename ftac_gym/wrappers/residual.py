@@ -122,6 +122,7 @@ class BaseTransform(Transform):
     """
 
     acts = True
+    checks_time = False
 
     def __init__(self, env: Any, base: baselines.BaselineLike, gains: Mapping[str, Any]) -> None:
         super().__init__(env)

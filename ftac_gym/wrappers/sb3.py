@@ -1,6 +1,7 @@
 """Adapter from vector environments of this package to Stable-Baselines3's ``VecEnv``."""
 
-from collections.abc import Sequence
+import dataclasses
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import gymnasium as gym
@@ -11,9 +12,10 @@ from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvStepReturn
 
+from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.utils.parameters import require
-from ftac_gym.wrappers.action_hold import held_steps
+from ftac_gym.utils.parameters import require, whole
+from ftac_gym.wrappers.action_hold import frame_rate_divided, held_steps
 
 
 class SB3VecEnv(VecEnv):
@@ -21,7 +23,8 @@ class SB3VecEnv(VecEnv):
 
     At the end of an episode, the info of a spacecraft holds the entries of SB3: ``terminal_observation``,
     ``TimeLimit.truncated`` (truncated and not terminated), ``episode`` (return ``r`` and length ``l``, as of a Monitor)
-    and the environment's final info with ``is_success``. At other steps the infos are empty, for speed.
+    and the environment's final info with ``is_success``. At other steps the infos are empty, for speed. The frame rate
+    ``metadata["render_fps"]`` is that of the actions.
 
     Parameters
     ----------
@@ -38,12 +41,12 @@ class SB3VecEnv(VecEnv):
     """
 
     def __init__(self, env: VectorEnv[Any, Any, Any], hold: int = 1) -> None:
-        require(isinstance(hold, int) and hold > 0, "hold", "must be a positive integer", hold)
+        self.hold = whole(hold, 1, "hold")
         mode = env.metadata.get("autoreset_mode")
         require(mode is AutoresetMode.SAME_STEP, "autoreset_mode", "must be SameStep for Stable-Baselines3", mode)
         self.env = env
-        self.hold = hold
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
+        self.metadata = {**frame_rate_divided(env.metadata, self.hold), **self.metadata}
         self._actions: npt.NDArray[Any] = np.zeros(())
         self._returns = np.zeros(self.num_envs)
         self._lengths = np.zeros(self.num_envs, dtype=np.int64)
@@ -52,10 +55,39 @@ class SB3VecEnv(VecEnv):
         """Return the present measurement of the spacecraft, with the truth about the faults for an oracle."""
         return self.env.unwrapped.measurement(truth)  # type: ignore[attr-defined]
 
+    def set_options(self, options: list[dict[str, Any]] | dict[str, Any] | None = None) -> None:
+        """Set the options of the next reset.
+
+        Parameters
+        ----------
+        options
+            ``{"episodes": Episodes}`` for all spacecraft, with an episode for each; or one such dict per spacecraft,
+            each with a single episode. None, or nothing but empty dicts, draws the episodes.
+
+        Raises
+        ------
+        ValueError
+            If an option is another one, or there is not one dict or one episode for each spacecraft.
+        """
+        together = options is None or isinstance(options, Mapping)
+        parts: list[Any] = [options or {}] if together else list(options or [])
+        require(together or len(parts) == self.num_envs, "options", f"must be {self.num_envs} dicts", len(parts))
+        for part in parts:
+            require(isinstance(part, Mapping), "options", "must be a dict, or one for each spacecraft", part)
+            for name in part:
+                require(name == "episodes", "reset option", "must be 'episodes': VecEnv.reset resets all", name)
+        given = [part["episodes"] for part in parts if part.get("episodes") is not None]
+        for episodes in given:
+            require(isinstance(episodes, Episodes), 'options["episodes"]', "must be an Episodes object", episodes)
+            count = self.num_envs if together else 1
+            require(len(episodes) == count, 'options["episodes"]', f"must hold {count} episode{'s' * (count > 1)} here", len(episodes))
+        require(len(given) in (0, len(parts)), 'options["episodes"]', "must be in all dicts or in none", len(given))
+        self._options = [{"episodes": _joined(given)} if given else {}] * self.num_envs
+
     def reset(self) -> npt.NDArray[Any]:
         """Reset all spacecraft with the seeds and the options that were set."""
         seeds: Any = list(self._seeds) if any(seed is not None for seed in self._seeds) else None
-        observation, infos = self.env.reset(seed=seeds, options=dict(self._options[0]))
+        observation, infos = self.env.reset(seed=seeds, options=self._options[0])
         self._reset_seeds()
         self._reset_options()
         self.reset_infos = [_row(infos, spacecraft) for spacecraft in range(self.num_envs)]
@@ -102,13 +134,14 @@ class SB3VecEnv(VecEnv):
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
         """Set an attribute of the vector environment, for all spacecraft."""
-        require(indices is None, "indices", "must be None: the spacecraft share their attributes", indices)
+        self._require_all(indices)
         setattr(self.env.unwrapped, attr_name, value)
 
     def env_method(
         self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any
     ) -> list[Any]:
-        """Call a method of the vector environment once and return its result for each index."""
+        """Call a method of the vector environment once, for all spacecraft, and return its result for each of them."""
+        self._require_all(indices)
         result = getattr(self.env.unwrapped, method_name)(*method_args, **method_kwargs)
         return [result for _ in self._get_indices(indices)]
 
@@ -122,6 +155,19 @@ class SB3VecEnv(VecEnv):
         """Return the rendered frames."""
         frames: Any = self.env.render()
         return list(frames) if frames is not None else [None] * self.num_envs
+
+    def _require_all(self, indices: VecEnvIndices) -> None:
+        """Refuse some spacecraft where only all of them can be meant."""
+        complete = set(self._get_indices(indices)) == set(range(self.num_envs))
+        require(complete, "indices", "must be None: the spacecraft share their attributes and methods", indices)
+
+
+def _joined(parts: Sequence[Episodes]) -> Episodes:
+    """Return the episodes of several objects of one scenario in one."""
+    texts = {part.scenario_json for part in parts}
+    require(len(texts) == 1, 'options["episodes"]', "must be drawn from one scenario", f"{len(texts)} scenarios")
+    arrays = [part.arrays() for part in parts]
+    return dataclasses.replace(parts[0], **{name: np.concatenate([part[name] for part in arrays]) for name in arrays[0]})
 
 
 def _row(infos: dict[str, Any], spacecraft: int) -> dict[str, Any]:

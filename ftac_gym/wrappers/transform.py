@@ -14,8 +14,9 @@ from gymnasium.utils import RecordConstructorArgs
 from gymnasium.vector import VectorEnv, VectorWrapper
 from gymnasium.vector.utils import batch_space
 
+from ftac_gym.baselines.clock import check_elapsed
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.utils.parameters import FloatArray, require
+from ftac_gym.utils.parameters import FloatArray, real_numbers, require
 from ftac_gym.wrappers.action_hold import ActionHold
 
 Actions = npt.NDArray[Any]
@@ -28,7 +29,8 @@ class Transform:
     """Change of the actions and observations of N spacecraft; this one changes nothing.
 
     A subclass overrides :meth:`command`, :meth:`observe` and :meth:`preview`, and sets its spaces. Its state starts
-    anew for spacecraft whose clock stands at zero, whatever the autoreset mode: see :meth:`measure`.
+    anew for spacecraft whose clock stands at zero, whatever the autoreset mode: see :meth:`measure`. It runs once per
+    control period, and refuses to run less often.
 
     Parameters
     ----------
@@ -44,6 +46,8 @@ class Transform:
 
     acts: ClassVar[bool] = False
     """True for transforms of the agent's actions into commands to the wheels."""
+    checks_time: ClassVar[bool] = True
+    """False for transforms around a baseline, which checks the time itself."""
     information = "attitude"
     """Information tier of its inputs."""
 
@@ -54,6 +58,7 @@ class Transform:
         require(known, "env", "must be an environment of ftac_gym", env)
         several = isinstance(env, VectorEnv)
         self.num_spacecraft: int = env.num_envs if several else 1
+        self._measured_at = np.full(self.num_spacecraft, np.nan)
         self.observation_space: Any = env.single_observation_space if several else env.observation_space
         """Observation space of one spacecraft, for the agent."""
         self.action_space: spaces.Space[Any] = env.single_action_space if several else env.action_space
@@ -91,9 +96,19 @@ class Transform:
             Function that resets the state of the spacecraft in a mask (N,).
         truth
             Whether to add the truth about the faults.
+
+        Raises
+        ------
+        ValueError
+            If more than a control period has passed since the last measurement: something inside skips steps.
         """
         measurement = self.inner.measurement(truth=truth)
-        started = mask & (measurement.time == 0.0)
+        time = measurement.time
+        started = mask & (time == 0.0)
+        if self.checks_time:
+            last = np.where(mask & ~started, self._measured_at, time)
+            check_elapsed(type(self).__name__, time, last, self.inner.scenario.control_period)
+            self._measured_at = np.where(mask, time, self._measured_at)
         if started.any():
             reset(started)
         return measurement
@@ -149,9 +164,9 @@ class TransformWrapper(gym.Wrapper[Observation, Actions, Observation, Actions], 
         Raises
         ------
         ValueError
-            If the action has the wrong shape or is not finite.
+            If the action has the wrong shape, is not finite, or does not consist of real numbers.
         """
-        action = np.asarray(action)
+        action = real_numbers(action, "action")
         if action.shape != self.action_space.shape:
             raise ValueError(f"action must have shape {self.action_space.shape}, got {action.shape}")
         observation, *others = self.env.step(self.transform.command(action[None])[0])
@@ -198,9 +213,9 @@ class VectorTransformWrapper(VectorWrapper[Observation, Actions, Observation, Ac
         Raises
         ------
         ValueError
-            If the actions have the wrong shape or are not finite.
+            If the actions have the wrong shape, are not finite, or do not consist of real numbers.
         """
-        actions = np.asarray(actions)
+        actions = real_numbers(actions, "actions")
         if actions.shape != self.action_space.shape:
             raise ValueError(f"actions must have shape {self.action_space.shape}, got {actions.shape}")
         observation, reward, terminated, truncated, infos = self.env.step(self.transform.command(actions))

@@ -11,6 +11,7 @@ from ftac_gym.baselines import Baseline, Range, observers
 from ftac_gym.baselines.gains import Gains, Share, changed, fixed, parameter
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.rules import at_least, at_most, choice, flag, interval, optional, whole_number
+from ftac_gym.dynamics import Simulator
 from ftac_gym.utils.parameters import positive
 
 TASK = scenarios.get("flagship")
@@ -114,12 +115,14 @@ def test_unknown_gains_are_refused_by_name():
 
 
 def test_scheduled_gains_take_the_place_of_the_own_ones():
-    built = Damper(TASK, 2)
-    np.testing.assert_array_equal(built.act(None), np.full((2, 4), 2.0 + 10.0 * 0.5))
+    built, simulator = Damper(TASK, 2), Simulator(TASK, 2)
+    simulator.reset(TASK.draw(0, 2))
+    measurement = simulator.measurement()
+    np.testing.assert_array_equal(built.act(measurement), np.full((2, 4), 2.0 + 10.0 * 0.5))
     built.schedule({"rate_gain": np.array([1.0, 4.0])})
-    np.testing.assert_allclose(built.act(None)[:, 0], [1.0 + 10.0 * 0.25, 4.0 + 10.0 * 1.0])
+    np.testing.assert_allclose(built.act(measurement)[:, 0], [1.0 + 10.0 * 0.25, 4.0 + 10.0 * 1.0])
     built.schedule({"floor_share": np.array([0.5, 0.1])})
-    np.testing.assert_allclose(built.act(None)[:, 0], [2.0 + 10.0 * 1.0, 2.0 + 10.0 * 0.2])
+    np.testing.assert_allclose(built.act(measurement)[:, 0], [2.0 + 10.0 * 1.0, 2.0 + 10.0 * 0.2])
     assert built.gains == DamperGains()
 
 

@@ -43,6 +43,18 @@ def one_of(measurement, index):
     return type(measurement)(**parts, truth=truth)
 
 
+def rows_of(one, other, mask):
+    """Return the measurement with the rows of one where the mask is True, and those of another elsewhere."""
+    both = [{**vars(item), **(item.truth._asdict() if item.truth else {})} for item in (one, other)]
+    joined = {
+        name: np.where(mask.reshape(-1, *(1,) * (array.ndim - 1)), array, both[1][name])
+        for name, array in both[0].items()
+        if name != "truth"
+    }
+    truth = one.truth and FaultEffect(*(joined.pop(name) for name in FaultEffect._fields))
+    return type(one)(**joined, truth=truth)
+
+
 # -------------------------------------------------------------------------------------------------------------- memory
 
 
@@ -115,9 +127,12 @@ def test_act_only_moves_on_the_chosen_spacecraft(name):
         for baseline in (partly, wholly, waiting):
             baseline.act(measurement)
     np.testing.assert_array_equal(partly.act_only(measurements[10], mask)[mask], wholly.act(measurements[10])[mask])
-    after = partly.act(measurements[11])
-    np.testing.assert_array_equal(after[mask], wholly.act(measurements[11])[mask])
-    np.testing.assert_array_equal(after[~mask], waiting.act(measurements[11])[~mask])
+    for now, later in ((10, 11), (11, 12)):
+        # The others are one measurement behind.
+        seen = rows_of(measurements[later], measurements[now], mask)
+        after = partly.act(seen)
+        np.testing.assert_array_equal(after[mask], wholly.act(measurements[later])[mask])
+        np.testing.assert_array_equal(after[~mask], waiting.act(measurements[now])[~mask])
 
 
 @pytest.mark.parametrize("mask", [np.ones(3, dtype=bool), np.ones(COUNT, dtype=int), True])

@@ -6,6 +6,7 @@ import dataclasses
 import gymnasium as gym
 import numpy as np
 import pytest
+from gymnasium.envs.registration import EnvSpec
 from stable_baselines3.common.vec_env import DummyVecEnv
 
 import ftac_gym  # noqa: F401  registers the environments
@@ -105,6 +106,32 @@ def test_running_episodes_are_untouched():
                 env.unwrapped.set_severity(0.0)
             for one, other in zip(act(env)[:4], act(twin)[:4], strict=True):
                 np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: gym.make(ID, **CHANGES),
+        lambda: gym.make(ID, scenario="flagship_double"),
+        lambda: gym.make(ID),
+        lambda: ResidualPolicy(gym.make(ID, **CHANGES)),
+        lambda: gym.make_vec(ID, num_envs=3, **CHANGES),
+        lambda: ResidualPolicy(gym.make_vec(ID, num_envs=3)),
+    ],
+    ids=["single", "by name", "default", "wrapped", "vector", "wrapped vector"],
+)
+def test_the_specification_makes_the_same_environment_again(make):
+    env = make()
+    before = env.unwrapped.spec
+    old = copy.deepcopy(before.kwargs)
+    env.unwrapped.set_severity(0.3)
+    assert before.kwargs == old, "a specification that was read before does not change"
+    remake = gym.make if isinstance(env, gym.Env) else gym.make_vec
+    for spec in (env.spec, EnvSpec.from_json(env.unwrapped.spec.to_json()), copy.deepcopy(env).unwrapped.spec):
+        assert remake(spec).unwrapped.scenario == env.unwrapped.scenario
+    env.unwrapped.set_severity(0.6)
+    assert remake(env.unwrapped.spec).unwrapped.scenario == env.unwrapped.scenario
+    assert env.unwrapped.scenario.faults.severity == 0.6
 
 
 def test_severity_zero_gives_healthy_craft():

@@ -62,9 +62,9 @@ def test_episode_lengths_count_control_periods():
     np.testing.assert_allclose([info["episode"]["r"] for info in infos], returns, rtol=1e-5)
 
 
-@pytest.mark.parametrize("hold", [0, -1, 1.5])
+@pytest.mark.parametrize("hold", [0, -1, 1.5, True])
 def test_bad_hold(hold):
-    with pytest.raises(ValueError, match="hold must be a positive integer"):
+    with pytest.raises(ValueError, match="hold must be a whole number, 1 or more"):
         make(hold)
 
 

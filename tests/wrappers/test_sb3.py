@@ -14,6 +14,8 @@ from ftac_gym.wrappers import ResidualPolicy, SB3VecEnv
 
 COUNT = 6
 SETTINGS = {"duration": 1.2, "tumble_rate": 0.016}  # s, rad/s
+TASK = SpacecraftFTCEnv(**SETTINGS).scenario
+DRAWN, OTHER = TASK.draw(3, 2), TASK.replace(duration=2.0).draw(3, 1)
 
 
 def make(residual=False, count=COUNT, **arguments):
@@ -109,6 +111,29 @@ def test_options():
     for spacecraft in range(COUNT):
         np.testing.assert_array_equal(observation[spacecraft], single.reset(options={"episodes": drawn[spacecraft]})[0])
     assert (env.reset() != observation).any(axis=1).all()  # options are used once
+    env.set_options([{"episodes": drawn[spacecraft]} for spacecraft in range(COUNT)])
+    np.testing.assert_array_equal(env.reset(), observation)
+    env.set_options()
+    assert (env.reset() != observation).any(axis=1).all()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"episode": 3}, r"reset option must be 'episodes': VecEnv.reset resets all, got 'episode'"),
+        ([{}, {"reset_mask": np.ones(2, dtype=bool)}], "reset option must be 'episodes'.*, got 'reset_mask'"),
+        ([{}], "options must be 2 dicts, got 1"),
+        ({"episodes": 3}, r'options\["episodes"\] must be an Episodes object, got 3'),
+        ([{"episodes": DRAWN[0]}, {}], r'options\["episodes"\] must be in all dicts or in none, got 1'),
+        ([{"episodes": DRAWN}, {"episodes": DRAWN}], r'options\["episodes"\] must hold 1 episode here, got 2'),
+        ({"episodes": DRAWN[0]}, r'options\["episodes"\] must hold 2 episodes here, got 1'),
+        ([{"episodes": DRAWN[0]}, {"episodes": OTHER}], r"must be drawn from one scenario, got '2 scenarios'"),
+        ([3, 4], "options must be a dict, or one for each spacecraft, got 3"),
+    ],
+)
+def test_options_that_are_refused(options, message):
+    with pytest.raises(ValueError, match=message):
+        make(count=2).set_options(options)
 
 
 def test_attributes_and_methods():
@@ -119,13 +144,16 @@ def test_attributes_and_methods():
     assert env.get_attr("scenario") == [env.env.unwrapped.scenario] * COUNT
     assert env.get_attr("scenario", indices=[0, 2]) == [env.env.unwrapped.scenario] * 2
     assert len(env.get_attr("render_mode", indices=1)) == 1
-    measured = env.env_method("measurement", indices=[1, 4])
-    assert len(measured) == 2
+    measured = env.env_method("measurement")
+    assert len(measured) == COUNT
     np.testing.assert_array_equal(measured[0].attitude, env.measurement().attitude)
     env.set_attr("note", "hello")
     assert env.get_attr("note") == ["hello"] * COUNT
-    with pytest.raises(ValueError, match="indices must be None: the spacecraft share their attributes"):
-        env.set_attr("note", "bye", indices=[1])
+    for call in (env.set_attr, env.env_method):
+        with pytest.raises(ValueError, match=r"indices must be None: the spacecraft share .*, got \[1\]"):
+            call("note", "bye", indices=[1])
+    env.set_attr("note", "all", indices=range(COUNT))
+    assert env.get_attr("note", 0) == ["all"]
     with pytest.raises(AttributeError):
         env.get_attr("no_such_attribute")
     assert env.env_is_wrapped(Monitor) == [True] * COUNT

@@ -80,7 +80,8 @@ def measured(name, moving, moment, gains):
     episodes.initial["attitude"], episodes.initial["rate"] = attitude, rate
     simulator, law = Simulator(task, COUNT), baselines.make(name, task, COUNT, **gains)
     simulator.reset(episodes)
-    law.memory.restore(memory, np.ones(COUNT, dtype=bool))
+    own = {**memory, "called_at": np.full(COUNT, np.nan)}  # times of the other flight
+    law.memory.restore(own, np.ones(COUNT, dtype=bool))
     command, variables = law.act(simulator.measurement()), []
     for _ in range(3):
         variables.append(law.sliding_variable(simulator.measurement()))

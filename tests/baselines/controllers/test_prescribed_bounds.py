@@ -148,7 +148,8 @@ def test_each_craft_of_a_batch_has_its_own_mirrors(name, factors):
     starts = [(-0.3, -0.4, 0.2), (0.3, 0.4, -0.2), (0.3, -0.4, 0.2), (-0.01, 0.4, 0.01)]
     later = [(-0.05, 0.06, 0.1), (-0.05, 0.05, 0.04), (-0.02, 0.03, -0.02), (0.05, -0.06, 0.07)]
     flips = [(0, 0, 0), (1, 1, 1), (1, 0, 0), (0, 1, 0)]
-    together = baselines.make(name, CHEN, 4, bound=changes, mirror=True)
+    task = CHEN.replace(control_period=1.0)
+    together = baselines.make(name, task, 4, bound=changes, mirror=True)
     moments = [measured(*starts), measured(*later, time=1.0), measured(*later[::-1], time=2.0)]
     commands = [together.act(moment) for moment in moments]
     sliding = together.sliding_variable(moments[1])
@@ -156,7 +157,7 @@ def test_each_craft_of_a_batch_has_its_own_mirrors(name, factors):
     for row, flip in enumerate(flips):
         mask = np.array(flip) == 1
         exchanged = {"lower": np.where(mask, upper, lower), "upper": np.where(mask, lower, upper)}
-        alone = baselines.make(name, CHEN, bound={**changes, **exchanged})
+        alone = baselines.make(name, task, bound={**changes, **exchanged})
         for moment, expected in zip(moments, commands, strict=True):
             one = moment.take(np.array([row]))
             np.testing.assert_allclose(alone.act(one), expected[[row]], rtol=1e-12, atol=1e-12)
@@ -169,10 +170,13 @@ def test_each_craft_of_a_batch_has_its_own_mirrors(name, factors):
 def test_only_fresh_craft_are_checked_and_a_reset_makes_them_fresh(mirror):
     outside = (0.1, 0.6, 0.1)
     law = baselines.make("chen_m1_sampled", CHEN, 3, bound=TIGHT, mirror=mirror)
+    later = CHEN.control_period
     law.act(measured(PAPERS, PAPERS, PAPERS))
-    assert np.isfinite(law.act(measured(PAPERS, outside, PAPERS, time=1.0))).all()
+    assert np.isfinite(law.act(measured(PAPERS, outside, PAPERS, time=later))).all()
     law.reset(np.array([True, False, False]))
-    assert np.isfinite(law.act(measured(PAPERS, outside, PAPERS))).all()
+    assert np.isfinite(law.act(measured(PAPERS, outside, PAPERS, time=(0.0, 2 * later, 2 * later)))).all()
+    law.reset(np.array([False, True, True]))
+    law.act(measured(PAPERS, PAPERS, PAPERS))
     law.reset(np.array([False, True, False]))
     with pytest.raises(ValueError, match=r"got 0\.6"):
         law.act(measured(PAPERS, outside, PAPERS))

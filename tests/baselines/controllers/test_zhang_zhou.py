@@ -93,7 +93,8 @@ def test_gains_of_zero_switch_the_adaptation_off(name):
         "bound_gain": 0.0, "coupling_gain": 0.0,
     }  # fmt: skip
     _, _, memories = fly(paper(), name, 2.0, faults="none", **off)
-    for key, array in memories[-1].items():
+    for key in memories[-1].keys() - {"called_at", "command"}:
+        array = memories[-1][key]
         np.testing.assert_array_equal(array, memories[0][key])
 
 
