@@ -69,7 +69,7 @@ class Baseline(Tunable, ABC):
         """Put the checks in front of a subclass's :meth:`act`."""
         super().__init_subclass__()
         if "act" in cls.__dict__:
-            cls.act = _checked(cls.__dict__["act"])  # type: ignore[method-assign]
+            cls.act = _checked(cls.__dict__["act"])  # type: ignore[assignment,method-assign]
 
     def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
         super().__init__(**gains)
@@ -224,7 +224,7 @@ Act = Callable[[Any, Measurement], FloatArray]
 
 
 def _checked(act: Act) -> Act:
-    """Return an ``act`` that checks the measurement first, and remembers time and command."""
+    """Return an ``act`` that checks the measurement first, and stores time and command."""
 
     @functools.wraps(act)
     def checked(self: Baseline, measurement: Measurement) -> FloatArray:

@@ -24,7 +24,7 @@ class Film:
     width, height
         Size of a frame [pixels]; even numbers.
     frames_per_second
-        Frame rate [1/s].
+        Frame rate [1/s]; at most 50 for a ``.gif``, since viewers slow down shorter frames.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Film:
     Raises
     ------
     ValueError
-        If the suffix is another one or a size is odd.
+        If the suffix is another one, a size is odd, or the frame rate is too high.
     gymnasium.error.DependencyNotInstalled
         If the extra ``render`` is missing.
     """
@@ -46,9 +46,11 @@ class Film:
         require(even, "width and height", "must be even numbers: H.264 has no others", (width, height))
         self._shape, self.frames = (height, width, 3), 0
         options: dict[str, Any] = {"fps": frames_per_second, "codec": "libx264", "quality": 8, "macro_block_size": 2}
+        self._rate, self._durations = frames_per_second, list[int]()
         if self.path.suffix == ".gif":
-            # 64 colours are enough for the flat shading of the view.
-            options = {"duration": round(1000.0 / frames_per_second), "loop": 0, "bits": 6, "optimize": True}
+            require(frames_per_second <= 50, "frames_per_second", "must be at most 50 for a .gif", frames_per_second)
+            # The writer reads the durations when it is closed. 64 colours are enough for the flat shading of the view.
+            options = {"duration": self._durations, "loop": 0, "bits": 6, "optimize": True}
         self.path.parent.mkdir(parents=True, exist_ok=True)
         try:
             from imageio.v2 import get_writer
@@ -67,6 +69,9 @@ class Film:
             If it has another size.
         """
         require(frame.shape == self._shape, "frame", f"must have shape {self._shape}", frame.shape)
+        # A GIF counts hundredths of a second: whole ones for each frame, without an error that adds up.
+        start, end = (round(100.0 * count / self._rate) for count in (self.frames, self.frames + 1))
+        self._durations.append(10 * (end - start))
         self._writer.append_data(frame)
         self.frames += 1
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,8 @@ class LiveEpisode:
     def __init__(self, scenario: Scenario, policy: Any, name: str) -> None:
         self.scenario = scenario
         self.name = name
-        self._runner = PolicyRunner(scenario, resolve(policy, scenario.name))
+        # An attached policy holds its environment, and one policy may fly in several episodes at once.
+        self._runner = PolicyRunner(scenario, copy(resolve(policy, scenario.name)))
         self._batch = self._runner.env.batch
         self._simulator = self._batch.simulator
 

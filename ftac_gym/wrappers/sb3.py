@@ -1,6 +1,5 @@
 """Adapter from vector environments of this package to Stable-Baselines3's ``VecEnv``."""
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -80,7 +79,7 @@ class SB3VecEnv(VecEnv):
         for episodes in given:
             require(isinstance(episodes, Episodes), 'options["episodes"]', "must be an Episodes object", episodes)
             count = self.num_envs if together else 1
-            require(len(episodes) == count, 'options["episodes"]', f"must hold {count} episode{'s' * (count > 1)} here", len(episodes))
+            require(len(episodes) == count, 'options["episodes"]', f"must be {count} here", len(episodes))
         require(len(given) in (0, len(parts)), 'options["episodes"]', "must be in all dicts or in none", len(given))
         self._options = [{"episodes": _joined(given)} if given else {}] * self.num_envs
 
@@ -167,7 +166,8 @@ def _joined(parts: Sequence[Episodes]) -> Episodes:
     texts = {part.scenario_json for part in parts}
     require(len(texts) == 1, 'options["episodes"]', "must be drawn from one scenario", f"{len(texts)} scenarios")
     arrays = [part.arrays() for part in parts]
-    return dataclasses.replace(parts[0], **{name: np.concatenate([part[name] for part in arrays]) for name in arrays[0]})
+    joined: dict[str, Any] = {name: np.concatenate([part[name] for part in arrays]) for name in arrays[0]}
+    return Episodes(parts[0].scenario_json, **joined)
 
 
 def _row(infos: dict[str, Any], spacecraft: int) -> dict[str, Any]:

@@ -42,9 +42,7 @@ def test_a_baseline_outside_of_what_holds_its_actions_is_refused(kind, base):
     assert "\n" not in str(error.value) and len(str(error.value)) <= 500
 
 
-@pytest.mark.parametrize(
-    "wrap", [ResidualPolicy, ObservationHistory, lambda env: FaultEstimateObservation(env, "dob")]
-)
+@pytest.mark.parametrize("wrap", [ResidualPolicy, ObservationHistory, lambda env: FaultEstimateObservation(env, "dob")])
 def test_a_wrapper_outside_of_what_skips_steps_is_refused(wrap):
     env = wrap(MaxAndSkipObservation(single(), 4))
     env.reset(seed=0)
@@ -159,7 +157,7 @@ def test_one_baseline_in_two_environments():
     seen = [env.reset(seed=seed)[0] for seed, env in enumerate((first, second))]
     first.step(policies[0].predict(seen[0])[0])
     second.step(policies[1].predict(seen[1])[0])  # its episode starts: it takes the baseline over
-    with pytest.raises(ValueError, match="baseline must serve one environment at a time: build another one .*, got"):
+    with pytest.raises(ValueError, match="must serve one environment at a time: build another one for"):
         policies[0].predict(seen[0])
     observation, _ = first.reset()  # and back, one after the other
     for _ in range(3):

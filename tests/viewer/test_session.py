@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from imageio.v3 import immeta, imread
 
 from ftac_gym import scenarios
 from ftac_gym.evaluation import rollout
 from ftac_gym.faults import KINDS
 from ftac_gym.faults.specification import name_of
+from ftac_gym.policies import DeferredBaseline
 from ftac_gym.viewer import Film, LiveEpisode, Screen, Session
 from ftac_gym.viewer.keys import press
 
@@ -24,6 +26,15 @@ def test_a_live_episode_is_the_rollout_of_its_episode():
     assert live.over
     live.step()
     assert live.time == pytest.approx(40.0)
+
+
+def test_one_policy_object_in_two_episodes_at_once():
+    policy = DeferredBaseline("pd_dob")
+    session = Session(FLAGSHIP, {"a": policy, "b": policy, "c": "pd_dob"}, seed=3)
+    session.run(5.0)
+    first, second, third = (live.snapshot().attitude for live in session.live)
+    np.testing.assert_array_equal(first, third)
+    np.testing.assert_array_equal(second, third)
 
 
 def test_an_episode_with_live_faults_replays():
@@ -117,6 +128,25 @@ def test_films(tmp_path, suffix, magic):
             film.add(np.zeros((64, 48, 3), dtype=np.uint8))
     film.close()
     assert film.frames == 12 and magic in path.read_bytes()[:12]
+
+
+@pytest.mark.parametrize("rate", [15, 24, 30, 50])
+@pytest.mark.parametrize("suffix", [".mp4", ".gif"])
+def test_films_last_as_long_as_their_frames_say(tmp_path, suffix, rate):
+    path = tmp_path / f"film{suffix}"
+    with Film(path, 64, 48, rate) as film:
+        for value in range(2 * rate):
+            film.add(np.full((48, 64, 3), 2 * value, dtype=np.uint8))
+    if suffix == ".mp4":
+        length = immeta(path, plugin="FFMPEG")["duration"]
+    else:
+        length = sum(immeta(path, index=index)["duration"] for index in range(len(imread(path)))) / 1000.0
+    assert length == pytest.approx(2.0, abs=0.01)
+
+
+def test_a_gif_that_viewers_would_slow_down_is_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"frames_per_second must be at most 50 for a \.gif, got 60"):
+        Film(tmp_path / "a.gif", 64, 48, 60)
 
 
 @pytest.mark.parametrize(

@@ -151,6 +151,30 @@ def test_rate_limit_is_kept():
     assert np.linalg.norm(fast, axis=2).max(axis=0).min() > 0.045
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_it_coasts_at_the_rate_limit_and_brakes_in_time(name):
+    """No torque while coasting, at exactly the rate limit; then the share of the largest deceleration, in time."""
+    limit, share, stiffness = 0.15, 0.6, 2.0  # rad/s, 1, 1/s
+    spacecraft = Spacecraft(np.diag([10.0, 19.0, 25.0]).tolist(), FLAGSHIP.spacecraft.wheels)
+    start = InitialState.fixed(attitude=[np.cos(1.4), np.sin(1.4), 0.0, 0.0])
+    scenario = FLAGSHIP.replace(**QUIET, spacecraft=spacecraft, initial_state=start)
+    gains = {"rate_limit": limit, "braking_share": share, "position_gain": stiffness}
+    errors, rates, commands = fly(scenario, name, count=1, **gains)
+    torque = commands[:, 0] @ spacecraft.wheels.axis_matrix[0]
+    largest = np.abs(torque[0])  # the wheels saturate at the start
+    braking = share * largest / spacecraft.inertia_matrix[0, 0]
+    angle = np.radians(errors[:, 0])
+    before = limit**2 / (2.0 * braking) + braking / (2.0 * stiffness**2)  # speed of the braking curve: the limit
+    margin = 3.0 * limit * scenario.control_period
+    coasting = (angle > before + margin) & (np.arange(len(angle)) > 50)
+    assert coasting.sum() > 100
+    np.testing.assert_allclose(rates[coasting, 0, 0], -limit, rtol=1e-3)
+    assert np.abs(torque[coasting]).max() < 1e-3 * largest
+    curve = (angle < before - 3.0 * margin) & (angle > 2.0 * braking / stiffness**2)
+    np.testing.assert_allclose(torque[curve], share * largest, rtol=0.1)
+    assert curve.sum() > 3 and errors[-1] < 0.01
+
+
 def test_braking_in_time_avoids_overshoot():
     scenario = FLAGSHIP.replace(**QUIET, initial_state=InitialState(angle=3.0))
     errors, _, _ = fly(scenario, "pd")

@@ -1,0 +1,23 @@
+"""Types of actions: real numbers of any size, and nothing that NumPy would convert to them in silence."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import ftac_gym  # noqa: F401  registers the environments
+from ftac_gym.wrappers import GainScheduling, ResidualPolicy
+
+TEXT, FLAGS, COMPLEX = ["0.1"] * 4, np.zeros(4, dtype=bool), np.zeros(4, dtype=complex)
+OBJECTS = np.array([0.1, 0.2, 0.3, 0.4], dtype=object)
+
+
+@pytest.mark.parametrize("action", [TEXT, FLAGS, COMPLEX, OBJECTS], ids=["text", "flags", "complex", "objects"])
+@pytest.mark.parametrize("wrap", [lambda env: env, ResidualPolicy, GainScheduling])
+def test_actions_that_are_no_real_numbers(wrap, action):
+    single, vector = wrap(gym.make("SpacecraftFTC-v0").unwrapped), wrap(gym.make_vec("SpacecraftFTC-v0", num_envs=2))
+    for env, given in ((single, np.array(action)), (vector, np.array([action, action]))):
+        env.reset(seed=0)
+        with pytest.raises(ValueError, match=r"actions? must consist of real numbers, got dtype"):
+            env.step(given[..., : env.action_space.shape[-1]])
+        for kind in (int, np.float16, np.float64):
+            env.step(np.zeros(env.action_space.shape, dtype=kind))
