@@ -17,6 +17,7 @@ from ftac_gym.baselines.registry import (
     names,
     search_space,
 )
+from ftac_gym.baselines.sampling import SampledInstability
 
 __all__ = [
     "GAINS",
@@ -25,6 +26,7 @@ __all__ = [
     "BaselinePolicy",
     "FaultEstimate",
     "Range",
+    "SampledInstability",
     "as_action",
     "baseline_class",
     "chosen",

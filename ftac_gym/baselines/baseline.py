@@ -16,6 +16,7 @@ from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gains import SearchSpace, schedule_of, with_schedule
 from ftac_gym.baselines.interface import as_action, check_scenario, measurement_of, source_of
 from ftac_gym.baselines.memory import Memory
+from ftac_gym.baselines.sampling import warn_of_long_period
 from ftac_gym.baselines.tunable import Tunable
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
@@ -55,14 +56,15 @@ class Baseline(Tunable, ABC):
     needs_torque_limits: ClassVar[bool] = False
     """True for a baseline that needs a torque limit of every wheel."""
 
-    _arguments: tuple[tuple[Any, ...], dict[str, Any]] = ((), {})
+    arguments: tuple[tuple[Any, ...], dict[str, Any]] = ((), {})
+    """Positional and keyword arguments that it was built with."""
     _served: Any = None
     """Source of the measurements of the present episodes; None before the first, and in copies."""
 
     def __new__(cls, *args: Any, **kwargs: Any) -> Self:
         """Keep the arguments, from which the baseline is built again for other numbers of spacecraft."""
         self = super().__new__(cls)
-        self._arguments = args, kwargs
+        self.arguments = args, kwargs
         return self
 
     def __init_subclass__(cls) -> None:
@@ -104,7 +106,7 @@ class Baseline(Tunable, ABC):
 
     def again(self, num_spacecraft: int) -> Self:
         """Build the same baseline for another number of spacecraft."""
-        args, kwargs = self._arguments
+        args, kwargs = self.arguments
         bound = inspect.signature(type(self)).bind(*args, **kwargs)
         bound.arguments["num_spacecraft"] = num_spacecraft
         return type(self)(*bound.args, **bound.kwargs)
@@ -216,8 +218,15 @@ class Baseline(Tunable, ABC):
         ValueError
             If the environment has another number of spacecraft, or its scenario differs in what a baseline is built
             from.
+
+        Warns
+        -----
+        SampledInstability
+            If the control period is too long for the gains.
         """
-        return BaselinePolicy(self, env)
+        policy = BaselinePolicy(self, env)
+        warn_of_long_period(self)
+        return policy
 
 
 Act = Callable[[Any, Measurement], FloatArray]

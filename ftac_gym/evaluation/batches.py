@@ -17,7 +17,7 @@ from ftac_gym.evaluation.identity import identity
 from ftac_gym.evaluation.metrics import UNITS, Metrics
 from ftac_gym.evaluation.rollout import rollout
 from ftac_gym.evaluation.threads import one_torch_thread
-from ftac_gym.policies import Policy, PolicyRunner, resolve
+from ftac_gym.policies import DeferredBaseline, Policy, PolicyRunner, resolve
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.files import reading, reason_of, replacing
@@ -209,9 +209,17 @@ def evaluate(
         If the policy fails in flight; the message names policy, scenario and episode.
     ValueError
         If it does not fit the scenario.
+
+    Warns
+    -----
+    SampledInstability
+        If the control period is too long for the gains of a baseline.
     """
     shown, results = name if name is not None else str(policy), []
-    for batch in batches(scenario, resolve(policy, scenario.name), episodes, folder):
+    resolved = resolve(policy, scenario.name)
+    if isinstance(resolved, DeferredBaseline):
+        resolved.check_period(scenario)
+    for batch in batches(scenario, resolved, episodes, folder):
         result = batch.read()
         if result is None:
             try:

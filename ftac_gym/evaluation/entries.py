@@ -122,6 +122,11 @@ def check_fit(policy: Policy, scenarios: Sequence[Scenario]) -> None:
     ------
     ValueError
         If it does not fit one of them, or raises any error; the message names the remedy.
+
+    Warns
+    -----
+    SampledInstability
+        If a control period is too long for the gains of a baseline.
     """
     for scenario in scenarios:
         try:
@@ -133,6 +138,8 @@ def check_fit(policy: Policy, scenarios: Sequence[Scenario]) -> None:
             raise
         except Exception as error:
             raise ValueError(f"{type(error).__name__}: {error}") from error
+        if isinstance(policy, DeferredBaseline):
+            policy.check_period(scenario)
 
 
 def _family(scenario: Scenario) -> str:

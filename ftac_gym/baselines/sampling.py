@@ -1,0 +1,98 @@
+"""Check that the gains of a baseline suit its control period, by a short flight of the nominal spacecraft."""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ftac_gym.attitude import angle_between, quaternion_from_rotation_vector, quaternion_product
+from ftac_gym.baselines.components.relative_motion import relative_motion
+from ftac_gym.utils.parameters import FloatArray
+
+if TYPE_CHECKING:
+    from ftac_gym.baselines.baseline import Baseline
+
+PERIODS, LAST = 60, 20
+"""Control periods of the flight, and those at its end that are judged."""
+SHARE = 0.5
+"""Error at the start over the half-angle of the success cone."""
+REVERSALS = 0.3
+"""Mean change of a wheel command from one control period to the next, over its limit, that no settled loop needs."""
+
+_judged: dict[tuple[type, str], str] = {}
+"""Warnings by class and arguments of the baseline; empty where there is none."""
+
+_NOMINAL = ("faults", "disturbance", "sensors", "inertia_uncertainty", "appendage_uncertainty", "misalignment")
+
+
+class SampledInstability(UserWarning):
+    """Warning of a control period that is too long for the gains of a baseline."""
+
+
+def warn_of_long_period(baseline: Baseline) -> None:
+    """Warn if a baseline does not keep its nominal spacecraft on target because it is called too seldom.
+
+    A baseline with the same arguments is judged once in a process.
+
+    Three spacecraft start at rest relative to the reference, each half the success cone off about one body axis. There
+    are no faults, no disturbance, no sensor errors and no differences from the nominal parameters. The warning needs
+    both, at the end of the flight: a spacecraft off target, and wheel commands that reverse from call to call. A slow
+    or loose controller is off target without reversals, and a chattering one reverses on target.
+
+    Parameters
+    ----------
+    baseline
+        The baseline, which is left as it is: another one is built for the flight.
+    """
+    key = type(baseline), repr(baseline.arguments)
+    if key not in _judged:
+        _judged[key] = _judgement(baseline)
+    if _judged[key]:
+        # With this module as the place of all, Python shows each once.
+        warnings.warn(_judged[key], SampledInstability, stacklevel=1)
+
+
+def _judgement(baseline: Baseline) -> str:
+    """Return the warning, empty for none."""
+    try:
+        with np.errstate(all="ignore"):
+            angles, rates, commands = _flight(baseline.again(3))
+    except Exception:
+        return ""  # What fails here fails in the flight itself, which says why.
+    success = baseline.scenario.success
+    off_target = bool(((angles > success.angle) | (rates > success.rate)).any())
+    change = float(np.abs(np.diff(commands, axis=0)).mean(axis=0).max())
+    if not off_target or change <= REVERSALS:
+        return ""
+    return (
+        f"{type(baseline).__name__}: the control period of {baseline.scenario.control_period:g} s is too long for its "
+        f"gains: without faults and noise, from {SHARE:g} of the success cone, its commands change by {change:.2f} of "
+        "the limits from call to call and the spacecraft is not on target; take a shorter period or lower gains"
+    )
+
+
+def _flight(baseline: Baseline) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return angles and rates of the error [rad, rad/s] and commands over their limits at the end of a flight."""
+    from ftac_gym.dynamics import Simulator  # Compiled: baselines alone do not need Numba.
+    from ftac_gym.task.initial_state import InitialState
+
+    given = baseline.scenario
+    scenario = given.replace(initial_state=InitialState.fixed(), **dict.fromkeys(_NOMINAL))
+    simulator, episodes = Simulator(scenario, 3), scenario.draw(0, 3)
+    simulator.reset(episodes)
+    offset = quaternion_from_rotation_vector(SHARE * given.success.angle * np.eye(3))
+    episodes.initial["attitude"] = quaternion_product(simulator.reference_attitude, offset)
+    episodes.initial["rate"] = simulator.reference_rate
+    simulator.reset(episodes)
+    truth, moving = baseline.information == "oracle", scenario.reference.moving
+    angles, rates, commands = [], [], []
+    for _ in range(PERIODS):
+        simulator.step(baseline.act(simulator.measurement(truth)))
+        seen = simulator.measurement()
+        angles.append(np.atleast_1d(angle_between(seen.attitude, seen.reference_attitude)))
+        rates.append(np.linalg.norm(relative_motion(seen.attitude, seen, moving).rate_error, axis=1))
+        commands.append(simulator.last_command / given.spacecraft.wheels.torque_limits)
+    last = slice(PERIODS - LAST, None)
+    return np.array(angles)[last], np.array(rates)[last], np.array(commands)[last]
