@@ -10,7 +10,6 @@ For example:
     python train/study.py --seeds 3 --workers 2 --actions residual --memories none estimate
 """
 
-import csv
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -23,10 +22,12 @@ from tqdm import tqdm
 from ftac_gym import scenarios
 from ftac_gym.evaluation.benchmark import Benchmark, entries_of, fly, frozen_episodes
 from ftac_gym.evaluation.compare import statistic_of
+from ftac_gym.evaluation.files import write_rows
 from ftac_gym.evaluation.statistics import estimate, paired_difference
 from ftac_gym.evaluation.tables import Cells, markdown, number, verdict
 from ftac_gym.training.callbacks import checkpoints
 from ftac_gym.utils.console import run_program
+from ftac_gym.utils.files import write_text
 from ftac_gym.utils.parameters import FloatArray
 from ftac_gym.utils.processes import run_script
 
@@ -169,15 +170,16 @@ def main(config: Config) -> None:
         estimates.append(row)
         if name != BASE:
             differences.append(change)
-    config.output.mkdir(parents=True, exist_ok=True)
+    left_out = [f"left out of the tables: {line}" for line in result.failures.values()]
     report = [f"# The study: {config.seeds} seeds each, frozen test episodes of the flagship", markdown(estimates),
-              f"Mean paired differences to {BASE}", markdown(differences)]  # fmt: skip
-    (config.output / "report.md").write_text("\n\n".join(report) + "\n")
-    with (config.output / "differences.csv").open("w", newline="") as file:
-        csv.writer(file).writerows(differences)
+              f"Mean paired differences to {BASE}", markdown(differences), *left_out]  # fmt: skip
+    write_text(config.output / "report.md", "\n\n".join(report) + "\n")
+    write_rows(config.output / "differences.csv", differences)
     console = Console()
     console.print("\n\n".join(report), markup=False, soft_wrap=True)
     console.print(f"wrote {config.output / 'report.md'}")
+    if left_out:
+        raise SystemExit("\n".join(left_out))
 
 
 if __name__ == "__main__":
