@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ftac_gym.dynamics.divergence import DivergenceError
 from ftac_gym.evaluation.identity import identity
 from ftac_gym.evaluation.metrics import UNITS, Metrics
 from ftac_gym.evaluation.rollout import rollout
@@ -113,7 +114,7 @@ class Batch:
             where, found = f"episodes {self.first} to {self.first + len(self.episodes) - 1} together", error
         except Exception as alone:
             where, found = f"episode {self.first + low}", alone
-        kind = "" if isinstance(found, ValueError) else f"{type(found).__name__}: "
+        kind = "" if isinstance(found, (ValueError, DivergenceError)) else f"{type(found).__name__}: "
         return FlightError(f"{where}: {kind}{reason_of(found)}")
 
     def read(self) -> BatchResult | None:
