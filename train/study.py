@@ -25,8 +25,8 @@ from ftac_gym.evaluation.compare import statistic_of
 from ftac_gym.evaluation.files import write_rows
 from ftac_gym.evaluation.statistics import estimate, paired_difference
 from ftac_gym.evaluation.tables import Cells, markdown, number, verdict
-from ftac_gym.training.callbacks import checkpoints
-from ftac_gym.utils.console import run_program
+from ftac_gym.training.checkpoints import checkpoints
+from ftac_gym.utils.console import alone_in, run_program
 from ftac_gym.utils.files import write_text
 from ftac_gym.utils.parameters import FloatArray
 from ftac_gym.utils.processes import run_script
@@ -133,6 +133,12 @@ def minutes(cards: Sequence[Mapping[str, Any]]) -> str:
 
 
 def main(config: Config) -> None:
+    """Train what is missing, fly, and tabulate, alone in the folder of the runs."""
+    with alone_in(config.folder, "folder"):
+        study(config)
+
+
+def study(config: Config) -> None:
     """Train what is missing, fly, and tabulate."""
     combinations = [(action, memory) for action in config.actions for memory in config.memories]
     jobs = [(action, memory, seed) for seed in range(config.seeds) for action, memory in combinations]

@@ -1,9 +1,9 @@
 """Train an agent: PPO, RecurrentPPO, SAC or TQC; a residual on a baseline, a scheduler of its gains, or direct.
 
 Hyperparameters come from train/configs/ALGO.yml, by environment id, in RL Baselines3 Zoo's format. All files of a run
-lie in its folder: ``config.json``, checkpoints with normaliser, ``evaluations.csv``, TensorBoard logs, and in ``agent``
-the best agent so far. The best agent has the largest mean return on fixed feasible episodes. ``--resume`` continues a
-killed run from its last checkpoint.
+lie in its folder: ``config.json``, checkpoints, ``evaluations.csv``, TensorBoard logs, and in ``agent`` the best agent
+so far. The best agent has the largest mean return on fixed feasible episodes. ``--resume`` continues a killed run from
+its last checkpoint and keeps the best agent.
 
 For example:
 
@@ -31,20 +31,20 @@ import gymnasium as gym
 import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import CallbackList, ProgressBarCallback
-from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 import ftac_gym
 from ftac_gym import scenarios
 from ftac_gym.agents.agent import Agent
-from ftac_gym.agents.conversion import load_model
 from ftac_gym.agents.interface import Interface
 from ftac_gym.agents.storage import read_card
 from ftac_gym.evaluation import rollout
 from ftac_gym.evaluation.metrics import summarize
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.training.algorithms import build, has_base, resumed_kind
-from ftac_gym.training.callbacks import MODEL_FILE, NORMALIZER_FILE, Schedule, TrainingCallback, checkpoints
+from ftac_gym.training.algorithms import build, has_base
+from ftac_gym.training.callbacks import Schedule, TrainingCallback
+from ftac_gym.training.checkpoints import checkpoints, restore_checkpoint
+from ftac_gym.training.evaluations import AGENT, Evaluations
 from ftac_gym.training.hyperparameters import (
     Hyperparameters,
     parse_assignments,
@@ -52,11 +52,15 @@ from ftac_gym.training.hyperparameters import (
     with_base_gains,
     wrappers_from_text,
 )
-from ftac_gym.utils.console import command_line, commit, exit_on, run_program
+from ftac_gym.utils.console import alone_in, command_line, commit, exit_on, run_program
+from ftac_gym.utils.files import reading, write_text
 from ftac_gym.utils.parameters import require
+from ftac_gym.utils.serialization import parse_json
 from ftac_gym.wrappers import SB3VecEnv
 
 CONFIGS = Path(__file__).parent / "configs"
+CONFIG_FILE = "config.json"
+NOTHING = "--resume: no checkpoint under {}; start the run without --resume"
 COMMIT = commit(CONFIGS) or "unknown"
 """Read at the start: the working tree may change while a run trains."""
 
@@ -180,8 +184,8 @@ def evaluator(config: Config, parameters: Hyperparameters) -> Callable[[Agent], 
     return evaluate
 
 
-def card(config: Config, steps: int, seconds: float) -> dict[str, Any]:
-    """Return the provenance of an agent."""
+def provenance(config: Config, steps: int, seconds: float) -> dict[str, Any]:
+    """Return the origin of an agent, for its card."""
     return {
         "environment": config.env_id,
         "algorithm": config.algo,
@@ -196,12 +200,13 @@ def card(config: Config, steps: int, seconds: float) -> dict[str, Any]:
 
 def resumed(config: Config) -> Config:
     """Return the configuration of the run that is resumed; only its length may be changed."""
-    path = config.run_folder / "config.json"
-    if not path.exists() or not checkpoints(config.run_folder):
-        raise SystemExit(f"--resume: no checkpoint under {config.run_folder}; start the run without --resume")
-    written = json.loads(path.read_text())
-    data: dict[str, Any] = {name: tuple(item) if isinstance(item, list) else item for name, item in written.items()}
-    saved = Config(**{**data, "run_folder": config.run_folder, "resume": True})
+    path = config.run_folder / CONFIG_FILE
+    if not checkpoints(config.run_folder):
+        raise SystemExit(NOTHING.format(config.run_folder))
+    with exit_on(ValueError, prefix="--resume: "), reading(path, "restore it, or start again in a new --run-folder"):
+        written = parse_json(path.read_bytes())
+        data: dict[str, Any] = {name: tuple(item) if isinstance(item, list) else item for name, item in written.items()}
+        saved = Config(**{**data, "run_folder": config.run_folder, "resume": True})
     for item in dataclasses.fields(config):
         given, before = getattr(config, item.name), getattr(saved, item.name)
         if item.name not in ("run_folder", "resume", "total_steps", "seeds") and given not in (before, item.default):
@@ -210,29 +215,11 @@ def resumed(config: Config) -> Config:
     return saved if config.total_steps is None else dataclasses.replace(saved, total_steps=config.total_steps)
 
 
-def restored(config: Config, parameters: Hyperparameters, env: SB3VecEnv) -> tuple[BaseAlgorithm, float]:
-    """Return the model of the last checkpoint, with its normaliser, and its seconds of training."""
-    checkpoint = checkpoints(config.run_folder)[-1]
-    normalizer = checkpoint / NORMALIZER_FILE
-    wrapped: VecEnv = env
-    if parameters.normalize:
-        if not normalizer.is_file():
-            raise SystemExit(f"--resume: {checkpoint} has no {NORMALIZER_FILE}: resume from a complete checkpoint")
-        wrapped = VecNormalize.load(str(normalizer), env)
-    schedules = {name: value for name, value in parameters.arguments().items() if callable(value)}
-    model = load_model(checkpoint / MODEL_FILE, wrapped, resumed_kind, **schedules)
-    model.set_random_seed(config.seed + model.num_timesteps)
-    if isinstance(model, OffPolicyAlgorithm):
-        # The buffer is not saved: the present policy fills a new one before learning continues.
-        model.learning_starts += model.num_timesteps
-    return model, float(read_card(checkpoint)["training_seconds"])
-
-
 def train(config: Config) -> None:
-    """Train one agent."""
+    """Train one agent, or the rest of it, alone in its folder."""
     if config.resume:
         config = resumed(config)
-    folder, seconds = config.run_folder, 0.0
+    folder = config.run_folder
     arguments = "--wrappers or --hyperparameters: "
     with exit_on(ValueError, gym.error.Error), exit_on(TypeError, AssertionError, prefix=arguments):
         known = gym.spec(config.env_id).entry_point == "ftac_gym.envs:SpacecraftFTCEnv"
@@ -240,36 +227,56 @@ def train(config: Config) -> None:
         parameters = hyperparameters_of(config)
         schedule = schedule_of(config, parameters)
         env, actor_size = make_env(config, parameters)
-        if config.resume:
-            model, seconds = restored(config, parameters, env)
-        else:
-            if checkpoints(folder):
-                raise SystemExit(f"{folder} holds a run already; choose another --run-folder, or --resume it")
-            wrapped: VecEnv = env
-            if parameters.normalize:
-                wrapped = VecNormalize(env, gamma=parameters.settings.get("gamma", 0.99))
-            model = build(config.algo, parameters, wrapped, actor_size, config.seed, folder / "tensorboard")
+        around: VecEnv = env
+        if parameters.normalize:
+            around = VecNormalize(env, gamma=parameters.settings.get("gamma", 0.99))
+        model = build(config.algo, parameters, around, actor_size, config.seed, folder / "tensorboard")
         if schedule.severity_start < 1.0:
-            # Before the first episodes are drawn, which is before any callback; refused if the faults have none.
-            env.env_method("set_severity", schedule.severity(model.num_timesteps))
-    if not config.resume:
-        folder.mkdir(parents=True, exist_ok=True)
-        written = dataclasses.asdict(dataclasses.replace(config, seeds=1))
-        (folder / "config.json").write_text(json.dumps(written, indent=2, default=str) + "\n")
-    around = model.get_env()
-    assert around is not None
-    # Far apart for every run: Stable-Baselines3's own seeds would give neighbouring runs the same episodes.
-    around.seed(1_000_000_000 * (config.seed + 1) + model.num_timesteps)
-    remaining, started = parameters.n_timesteps - model.num_timesteps, time.monotonic()
-    if remaining > 0:
-        callback = TrainingCallback(
-            folder, evaluator(config, parameters), parameters.interface, schedule,
-            lambda steps: card(config, steps, seconds + time.monotonic() - started),
-        )  # fmt: skip
-        callbacks = CallbackList([callback, ProgressBarCallback()])
-        model.learn(remaining, callback=callbacks, reset_num_timesteps=False, tb_log_name=config.algo)
-    best = read_card(folder / "agent")
-    print(f"the best agent on the evaluation episodes, after {best['steps']} steps, is in {folder / 'agent'}")
+            # Refused if the faults have none.
+            env.env_method("set_severity", schedule.severity_start)
+    with alone_in(folder, "run-folder"):
+        if config.resume:
+            seconds = restored(config, model)
+        else:
+            start(config)
+            seconds = 0.0
+        with exit_on(ValueError, prefix="--resume: "):
+            evaluations = Evaluations(folder, model.num_timesteps)
+        steps, begun = model.num_timesteps, time.monotonic()
+        # Before the first episodes are drawn, which is before any callback.
+        if schedule.severity_start < 1.0:
+            env.env_method("set_severity", schedule.severity(steps))
+        # Far apart for every run: Stable-Baselines3's own seeds would give neighbouring runs the same episodes.
+        around.seed(1_000_000_000 * (config.seed + 1) + steps)
+        if steps < parameters.n_timesteps:
+            callback = TrainingCallback(
+                folder, evaluations, evaluator(config, parameters), parameters.interface, schedule,
+                lambda steps: provenance(config, steps, seconds + time.monotonic() - begun),
+            )  # fmt: skip
+            model.learn(
+                parameters.n_timesteps - steps, callback=CallbackList([callback, ProgressBarCallback()]),
+                reset_num_timesteps=False, tb_log_name=config.algo,
+            )  # fmt: skip
+    with exit_on(ValueError, prefix=""):
+        best = read_card(folder / AGENT)
+    print(f"the best agent on the evaluation episodes, after {best['steps']} steps, is in {folder / AGENT}")
+
+
+def start(config: Config) -> None:
+    """Write the configuration of a new run to its folder, if that holds none."""
+    folder = config.run_folder
+    if checkpoints(folder) or (folder / AGENT).exists():
+        raise SystemExit(f"{folder} holds a run already; choose another --run-folder, or --resume it")
+    written = dataclasses.asdict(dataclasses.replace(config, seeds=1))
+    write_text(folder / CONFIG_FILE, json.dumps(written, indent=2, default=str) + "\n")
+
+
+def restored(config: Config, model: BaseAlgorithm) -> float:
+    """Give a model the state of the last checkpoint, and return the seconds of training until then."""
+    with exit_on(ValueError, prefix="--resume: "):
+        card = restore_checkpoint(checkpoints(config.run_folder)[-1], model)
+    model.set_random_seed(config.seed + model.num_timesteps)
+    return float(card.get("training_seconds", 0.0))
 
 
 def main(config: Config) -> None:
@@ -283,7 +290,7 @@ def main(config: Config) -> None:
     folders = {seed: config.run_folder / f"seed_{seed}" for seed in range(config.seed, config.seed + config.seeds)}
     begun = [folder for folder in folders.values() if checkpoints(folder)]
     if config.resume and not begun:
-        raise SystemExit(f"--resume: no checkpoint under {config.run_folder}; start the run without --resume")
+        raise SystemExit(NOTHING.format(config.run_folder))
     for seed, folder in folders.items():
         print(f"seed {seed}, in {folder}")
         if not config.resume or folder in begun:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pickle
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -94,24 +93,8 @@ def _convert(path: Path, target: Path) -> bool:
     return normalizer is not None
 
 
-def load_model(
-    path: Path,
-    env: Any = None,
-    kind: Callable[[type[BaseAlgorithm]], type[BaseAlgorithm]] | None = None,
-    **changes: Any,
-) -> BaseAlgorithm:
-    """Load a model of any algorithm that agents are trained with; the file names it. This runs code of the file.
-
-    Parameters
-    ----------
-    path
-        The zip file.
-    env
-        Environment for further training, or None.
-    kind
-        Function from the class of the algorithm to the one to build, or None for itself.
-    **changes
-        Objects to use instead of those in the file.
+def load_model(path: Path) -> BaseAlgorithm:
+    """Load a model of any algorithm of Stable-Baselines3; the file names it. This runs code of the file.
 
     Raises
     ------
@@ -121,7 +104,7 @@ def load_model(
     import stable_baselines3 as sb3
     from stable_baselines3.common.save_util import load_from_zip_file
 
-    data, _, _ = load_from_zip_file(path, device="cpu", custom_objects=changes or None)
+    data, _, _ = load_from_zip_file(path, device="cpu")
     module = data["policy_class"].__module__ if data is not None else ""
     kinds: dict[str, type[BaseAlgorithm]] = {"sac": sb3.SAC, "td3": sb3.TD3, "dqn": sb3.DQN}
     if module.startswith("sb3_contrib"):
@@ -130,5 +113,4 @@ def load_model(
         kinds |= {"tqc": sb3_contrib.TQC, "recurrent": sb3_contrib.RecurrentPPO}
     # PPO and A2C share their policies; for prediction it does not matter which of them trained.
     algorithm = next((found for name, found in kinds.items() if f".{name}." in module), sb3.PPO)
-    built = algorithm if kind is None else kind(algorithm)
-    return built.load(path, env=env, device="cpu", custom_objects=changes or None)
+    return algorithm.load(path, device="cpu")

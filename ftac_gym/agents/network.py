@@ -88,6 +88,8 @@ def build(description: Description, weights: Mapping[str, Array]) -> BasePolicy:
     drawn = random.getstate()
     kind, arguments = constructor(description)
     random.setstate(drawn)  # rich, which Stable-Baselines3 imports, draws when it is imported first
+    # Orthogonal initial weights take most of the time and are replaced.
+    arguments |= {"ortho_init": False} if "full_std" in arguments else {}
     spaces = [_box_of(description[item], item) for item in ("observation_space", "action_space")]
     for key, value in weights.items():
         _finite(value, key)

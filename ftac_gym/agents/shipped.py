@@ -2,7 +2,12 @@
 
 import csv
 import math
+import re
+from collections.abc import Mapping
 from pathlib import Path
+
+from ftac_gym.utils.files import reading
+from ftac_gym.utils.parameters import require
 
 SHIPPED = Path(__file__).parent
 """Folder of the agents that come with the package: a folder for each design, in it one for each training seed."""
@@ -12,17 +17,43 @@ EVALUATIONS_FILE = "evaluations.csv"
 
 
 def evaluations(folder: Path) -> list[dict[str, float]]:
-    """Return the evaluations of a training run, oldest first; none if there is no file."""
+    """Return the evaluations of a training run, oldest first; none if there is no file.
+
+    Raises
+    ------
+    ValueError
+        If the file is damaged.
+    """
     path = folder / EVALUATIONS_FILE
     if not path.exists():
         return []
-    with path.open() as file:
-        return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+    with reading(path, "remove the damaged line"):
+        # A value that was cut off is a number too.
+        text = path.read_text(encoding="utf-8")
+        require(text.endswith("\n"), "the last line", "must be whole", text[-20:])
+        return [_numbers(row, line) for line, row in enumerate(csv.DictReader(text.splitlines()), 2)]
+
+
+def _numbers(row: Mapping[str, str], line: int) -> dict[str, float]:
+    try:
+        numbers = {name: float(value) for name, value in row.items()}
+    except (TypeError, ValueError):
+        raise ValueError(f"line {line} must have a number for each column, got {row}") from None
+    for name in ("steps", "mean_return"):
+        require(name in numbers, f"line {line}", f"must have the column {name}", list(numbers))
+    require(numbers["steps"].is_integer(), f"line {line}", "must have a whole number of steps", numbers["steps"])
+    return numbers
 
 
 def seeds(folder: Path) -> list[Path]:
-    """Return the folders of the training seeds in the folder of a design, in their order."""
-    return sorted(folder.glob("seed_*"), key=lambda path: int(path.name.removeprefix("seed_")))
+    """Return the folders of the training seeds in the folder of a design, in their order.
+
+    Anything else beside them, for example a copy ``seed_0_backup``, is no seed.
+    """
+    found = {
+        int(path.name[5:]): path for path in folder.glob("seed_*") if re.fullmatch("seed_(0|[1-9][0-9]*)", path.name)
+    }
+    return [found[seed] for seed in sorted(found)]
 
 
 def designs() -> list[str]:
@@ -36,7 +67,7 @@ def agent_folders(path: Path) -> list[Path]:
     Parameters
     ----------
     path
-        A folder with one folder for each training seed (``seed_*``), the folder of a run, that of an agent, or the zip
+        A folder with one folder for each training seed (``seed_K``), the folder of a run, that of an agent, or the zip
         file of a model.
     """
     return [folder / "agent" if (folder / "agent").is_dir() else folder for folder in seeds(path) or [path]]

@@ -35,6 +35,7 @@ PROVENANCE: dict[str, tuple[type, ...]] = {
     "ftac_gym": (str,),
     "run_steps": (int,),
     "run_seconds": (int, float),
+    "evaluation": (dict,),
 }
 """Entries of a card about the origin of an agent, none of which is required, and their types."""
 

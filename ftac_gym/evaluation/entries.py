@@ -67,7 +67,7 @@ def entries_of(names: Sequence[baselines.BaselineLike | Path], scenario: Scenari
     names
         Names as :func:`~ftac_gym.policies.resolve` takes them: of a baseline, ``"NAME tuned"``, a custom class or
         ``"module:Class"``, and the name or the path of an agent. An agent with a folder for each training seed
-        (``seed_*``) is one entry with all of them. ``"all"`` stands for every baseline that fits the scenario and gives
+        (``seed_K``) is one entry with all of them. ``"all"`` stands for every baseline that fits the scenario and gives
         a finite command: with default gains, and with tuned ones of the scenario's family.
     scenario
         The task, or one of the splits that share it.

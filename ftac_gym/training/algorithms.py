@@ -82,12 +82,7 @@ def has_base(interface: Interface) -> bool:
     return any(name in ON_BASE for name, _ in interface.wrappers)
 
 
-def resumed_kind(kind: type[BaseAlgorithm]) -> type[BaseAlgorithm]:
-    """Return an algorithm as it is resumed: an off-policy one fills its empty buffer with its own policy."""
-    return _sampling(kind, None)
-
-
-def _sampling(kind: type[BaseAlgorithm], noise: float | None) -> type[BaseAlgorithm]:
+def _sampling(kind: type[BaseAlgorithm], noise: float) -> type[BaseAlgorithm]:
     """Return an off-policy algorithm whose actions before learning are not uniform; others as they are.
 
     Uniform actions tumble the spacecraft, which teaches the critic nothing about the base.
@@ -97,13 +92,13 @@ def _sampling(kind: type[BaseAlgorithm], noise: float | None) -> type[BaseAlgori
     kind
         The algorithm; the class that is returned has its name.
     noise
-        Standard deviation of actions around zero, the base's own; None for actions of the policy.
+        Standard deviation of actions around zero, the base's own.
     """
 
     def sample(
         model: Any, learning_starts: int, action_noise: Any = None, n_envs: int = 1
     ) -> tuple[np.ndarray, np.ndarray]:
-        if noise is None or model.num_timesteps >= learning_starts:
+        if model.num_timesteps >= learning_starts:
             sampled: tuple[np.ndarray, np.ndarray] = kind._sample_action(model, 0, action_noise, n_envs)  # type: ignore[attr-defined]
             return sampled
         drawn = model.action_space.np_random.normal(0.0, noise, (n_envs, *model.action_space.shape))

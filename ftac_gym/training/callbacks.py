@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import csv
-import math
-import re
-import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from ftac_gym.agents.agent import Agent
 from ftac_gym.agents.interface import Interface
-from ftac_gym.agents.shipped import EVALUATIONS_FILE, evaluations
-from ftac_gym.agents.storage import CARD_FILE, amend_card
+from ftac_gym.agents.storage import amend_card
 from ftac_gym.scenarios import frozen
 from ftac_gym.training.algorithms import let_actor_learn
+from ftac_gym.training.checkpoints import checkpoints, save_checkpoint
+from ftac_gym.training.evaluations import AGENT, Evaluations
+from ftac_gym.utils.files import remove_partials
 from ftac_gym.utils.parameters import require
 
 
@@ -67,33 +64,18 @@ class Schedule:
         return self.severity_start + (1.0 - self.severity_start) * share
 
 
-MODEL_FILE, NORMALIZER_FILE = "model.zip", "normalizer.pkl"
-"""Files of a checkpoint, beside those of its agent, from which training goes on."""
-
-
-def save_checkpoint(folder: Path, model: BaseAlgorithm, interface: Interface, card: Mapping[str, Any]) -> None:
-    """Write agent, model and normaliser; the folder appears complete or not at all."""
-    partial = folder.with_name(folder.name + ".partial")
-    shutil.rmtree(partial, ignore_errors=True)
-    Agent.of(model, interface).save(partial, **card)
-    model.save(partial / MODEL_FILE)
-    normalizer = model.get_vec_normalize_env()
-    if normalizer is not None:
-        normalizer.save(str(partial / NORMALIZER_FILE))
-    shutil.rmtree(folder, ignore_errors=True)
-    partial.rename(folder)
-
-
 class TrainingCallback(BaseCallback):
     """Checkpoints and evaluations between rollouts; the best agent so far is kept in the folder ``agent``.
 
     The best agent has the largest mean return in the evaluations. Their episodes are used neither for training nor for
-    the reported test.
+    the reported test. The first checkpoint is of the start, so that every killed run can be resumed.
 
     Parameters
     ----------
     folder
         Folder of the run.
+    evaluations
+        Evaluations of the run so far.
     evaluate
         Function that flies an agent through the episodes of the evaluations and returns its metrics, ``mean_return``
         among them.
@@ -101,37 +83,31 @@ class TrainingCallback(BaseCallback):
         Interface of the agent.
     schedule
         Schedule of the run.
-    card
-        Function that returns the origin of an agent for a number of steps, with these as ``steps`` and the time so
-        far as ``training_seconds``, for its card.
+    provenance
+        Function that returns the origin of an agent for a number of steps, with these as ``steps`` and the time so far
+        as ``training_seconds``.
     """
 
     def __init__(
         self,
         folder: Path,
+        evaluations: Evaluations,
         evaluate: Callable[[Agent], Mapping[str, float]],
         interface: Interface,
         schedule: Schedule,
-        card: Callable[[int], dict[str, Any]],
+        provenance: Callable[[int], dict[str, Any]],
     ) -> None:
         super().__init__()
-        self._folder, self._evaluate, self._interface = folder, evaluate, interface
-        self._schedule, self._card = schedule, card
-        self._best = -math.inf
+        self._folder, self._evaluations, self._evaluate = folder, evaluations, evaluate
+        self._interface, self._schedule, self._provenance = interface, schedule, provenance
         self._last_steps = 0
         self._severity = 1.0
 
     def _on_training_start(self) -> None:
-        self._last_steps = steps = self.model.num_timesteps
-        # A killed run repeats its evaluations after the last checkpoint.
-        path = self._folder / EVALUATIONS_FILE
-        lines = path.read_text().splitlines(keepends=True) if path.exists() else []
-        earlier = [line for line in lines[1:] if int(line.split(",")[0]) <= steps]
-        path.unlink(missing_ok=True)
-        if earlier:
-            path.write_text("".join([lines[0], *earlier]))
-        returns = (row["mean_return"] for row in evaluations(self._folder))
-        self._best = max((value for value in returns if not math.isnan(value)), default=-math.inf)
+        self._last_steps = self.model.num_timesteps
+        remove_partials(self._folder)
+        if not checkpoints(self._folder):
+            self._save_checkpoint()
 
     def _on_rollout_start(self) -> None:
         schedule, steps = self._schedule, self.model.num_timesteps
@@ -149,39 +125,27 @@ class TrainingCallback(BaseCallback):
         self._last_steps = steps
 
     def _on_training_end(self) -> None:
-        steps = self.model.num_timesteps
         self._log_evaluation()
-        self._save_checkpoint()
         # The cost of the best agent is the whole run, not the part before it was the best.
-        whole = self._card(steps)
-        amend_card(self._folder / "agent", {"run_steps": steps, "run_seconds": whole["training_seconds"]})
+        whole = self._provenance(self.model.num_timesteps)
+        amend_card(self._folder / AGENT, {"run_steps": whole["steps"], "run_seconds": whole["training_seconds"]})
+        # The last checkpoint is the sign that all of the run is there.
+        self._save_checkpoint()
 
     def _on_step(self) -> bool:
         return True
 
     def _save_checkpoint(self) -> None:
-        steps = self.model.num_timesteps
-        folder = self._folder / "checkpoints" / f"{steps:010d}"
-        save_checkpoint(folder, self.model, self._interface, self._card(steps))
+        save_checkpoint(self._folder, self.model, self._interface, self._provenance(self.model.num_timesteps))
 
     def _log_evaluation(self) -> None:
-        """Evaluate the agent, append the metrics to the run's table, and save the agent if it is the best so far."""
-        agent = Agent.of(self.model, self._interface)
+        """Evaluate the agent, add the metrics to the run's table, and save the agent if it is the best so far."""
+        agent, steps = Agent.of(self.model, self._interface), self.model.num_timesteps
         metrics = self._evaluate(agent)
         for name, value in metrics.items():
             self.logger.record(f"evaluation/{name}", value)
-        # The first agent is saved even if no evaluation episode was feasible.
-        if metrics["mean_return"] > self._best or not (self._folder / "agent" / CARD_FILE).exists():
-            self._best = max(self._best, metrics["mean_return"])
-            agent.save(self._folder / "agent", **self._card(self.model.num_timesteps))
-        row = {"steps": self.model.num_timesteps, **metrics}
-        with (self._folder / EVALUATIONS_FILE).open("a", newline="") as file:
-            writer = csv.DictWriter(file, fieldnames=list(row))
-            if not file.tell():
-                writer.writeheader()
-            writer.writerow(row)
 
+        def save(evaluation: dict[str, Any]) -> None:
+            agent.save(self._folder / AGENT, **self._provenance(steps), evaluation=evaluation)
 
-def checkpoints(folder: Path) -> list[Path]:
-    """Return the complete checkpoints of a run, oldest first."""
-    return sorted(path for path in (folder / "checkpoints").glob("*") if re.fullmatch(r"\d{10}", path.name))
+        self._evaluations.add(steps, metrics, save)

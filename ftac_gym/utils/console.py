@@ -8,7 +8,7 @@ import subprocess
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any, TextIO, TypeVar
 
@@ -16,6 +16,9 @@ import tyro
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
+
+from ftac_gym.utils.files import locked
+from ftac_gym.utils.parameters import fields_named
 
 Config = TypeVar("Config")
 
@@ -97,6 +100,23 @@ def one_line_warnings(write: Callable[[str], Any]) -> Iterator[None]:
                 usual(message, category, *place, **more)
 
         warnings.showwarning = show
+        yield
+
+
+@contextmanager
+def alone_in(folder: Path, option: str) -> Iterator[None]:
+    """Keep other processes out of a folder during the block; end the program if one is there already.
+
+    Parameters
+    ----------
+    folder
+        The folder, which is created.
+    option
+        Option of the command line that names it.
+    """
+    with ExitStack() as stack:
+        with exit_on(ValueError), fields_named(folder=option):
+            stack.enter_context(locked(folder))
         yield
 
 

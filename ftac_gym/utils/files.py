@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import secrets
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -56,6 +57,35 @@ def write_text(path: Path, text: str) -> None:
     """Write a text file in UTF-8 that is complete or absent."""
     with replacing(path) as file:
         file.write(text.encode())
+
+
+@contextmanager
+def appearing(folder: Path) -> Iterator[Path]:
+    """Make a new folder that has its name at the end of the block, or never.
+
+    Parameters
+    ----------
+    folder
+        The folder, which must not exist. The block writes into the one that it is given.
+    """
+    partial = folder.with_name(folder.name + PARTIAL)
+    shutil.rmtree(partial, ignore_errors=True)
+    partial.mkdir(parents=True)
+    try:
+        yield partial
+        partial.rename(folder)
+    except BaseException:
+        shutil.rmtree(partial, ignore_errors=True)
+        raise
+
+
+def remove_partials(folder: Path) -> None:
+    """Remove what killed processes left in a folder and those below; no other process may be writing there."""
+    for path in list(folder.rglob(f"*{PARTIAL}")):
+        if path.is_dir():
+            shutil.rmtree(path, ignore_errors=True)
+        else:
+            path.unlink(missing_ok=True)
 
 
 @contextmanager

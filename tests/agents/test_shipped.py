@@ -5,7 +5,7 @@ import pytest
 
 from ftac_gym import scenarios
 from ftac_gym.agents.agent import Agent
-from ftac_gym.agents.shipped import SHIPPED, best_agent, designs, evaluations, seeds
+from ftac_gym.agents.shipped import SHIPPED, agent_folders, best_agent, designs, evaluations, seeds
 from ftac_gym.agents.storage import read_card
 from ftac_gym.evaluation import rollout
 from ftac_gym.policies.resolve import agent_path
@@ -77,3 +77,10 @@ def test_the_agent_of_flexible_spacecraft_leaves_less_vibration_than_its_base():
     )
     assert np.mean(change) + 2.0 * np.std(change) / np.sqrt(len(change)) < 0.0
     assert np.mean(agent["success"] - base["success"]) > -0.02
+
+
+def test_copies_beside_the_seeds_are_no_seeds(tmp_path):
+    for name in ("seed_10", "seed_0_backup", "seed_2", "seed_", "seed_0", "seed_02", "seed_-1", "seed_1.old", "other"):
+        (tmp_path / name / "agent").mkdir(parents=True)
+    assert [path.name for path in seeds(tmp_path)] == ["seed_0", "seed_2", "seed_10"]
+    assert agent_folders(tmp_path) == [tmp_path / name / "agent" for name in ("seed_0", "seed_2", "seed_10")]

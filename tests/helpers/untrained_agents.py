@@ -13,13 +13,17 @@ from ftac_gym.wrappers import SB3VecEnv
 
 def write_agent(folder, interface=Interface(), seed=0, scenario="flagship"):  # noqa: B008
     """Write an agent with its normaliser and card."""
+    Agent.of(model_with(interface, seed, scenario), interface).save(folder, seed=seed)
+    return folder
+
+
+def model_with(interface, seed=0, scenario="flagship"):
+    """Return an untrained model of PPO."""
     native = SpacecraftFTCVectorEnv(
         num_envs=2, scenario=scenario, observation=interface.observation, autoreset_mode="SameStep"
     )
     env = VecNormalize(SB3VecEnv(interface.wrap(native), interface.hold))
-    model = PPO("MlpPolicy", env, n_steps=8, batch_size=16, policy_kwargs={"net_arch": [8]}, seed=seed, device="cpu")
-    Agent.of(model, interface).save(folder, seed=seed)
-    return folder
+    return PPO("MlpPolicy", env, n_steps=8, batch_size=16, policy_kwargs={"net_arch": [8]}, seed=seed, device="cpu")
 
 
 def write_curve(folder, steps):

@@ -1,5 +1,6 @@
 """The study of agents, on agents that are trained already."""
 
+import os
 import shutil
 
 import numpy as np
@@ -9,6 +10,7 @@ from helpers.scripts import module_of
 from ftac_gym.agents.shipped import SHIPPED
 from ftac_gym.evaluation import rollout
 from ftac_gym.scenarios import frozen
+from ftac_gym.utils.files import locked
 
 
 def test_the_study_tabulates_agents_that_are_trained(tmp_path):
@@ -42,3 +44,12 @@ def test_the_study_tabulates_agents_that_are_trained(tmp_path):
     ]
     expected = np.mean([item[feasible].mean() for item in chatter]) - base[feasible].mean()
     assert float(row.split("|")[7].split()[0]) == pytest.approx(expected, rel=5e-3)
+
+
+def test_two_studies_do_not_share_a_folder(tmp_path):
+    study = module_of("study")
+    with (
+        locked(tmp_path),
+        pytest.raises(SystemExit, match=f"--folder must be used by one process .* {os.getpid()} uses"),
+    ):
+        study.main(study.Config(folder=tmp_path))

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import time
+from pathlib import Path
 
 import gymnasium as gym
 import numpy as np
@@ -17,6 +18,8 @@ from ftac_gym.agents.agent import Agent
 from ftac_gym.evaluation import evaluate, rollout
 from ftac_gym.evaluation.metrics import UNITS
 from ftac_gym.task.objective import RewardWeights
+from ftac_gym.training.checkpoints import checkpoints
+from ftac_gym.utils.files import locked
 
 SHORT = scenarios.get("flagship").replace(duration=3.0)
 
@@ -43,13 +46,13 @@ def resumed(tmp_path_factory):
     )  # fmt: skip
     try:
         deadline = time.monotonic() + 90.0
-        while not list((folder / "run" / "checkpoints").glob("[0-9]" * 10)):
+        while not [path for path in checkpoints(folder / "run") if int(path.name)]:
             assert process.poll() is None and time.monotonic() < deadline
             time.sleep(0.05)
     finally:
         os.kill(process.pid, signal.SIGKILL)
         process.wait()
-    last = max(int(path.name) for path in (folder / "run" / "checkpoints").glob("[0-9]" * 10))
+    last = int(checkpoints(folder / "run")[-1].name)
     # The remains of a kill while writing are no checkpoint.
     (folder / "run" / "checkpoints" / f"{last + 512:010d}.partial").mkdir(exist_ok=True)
     result = run("train.py", *arguments, "--total-steps", last + 512, "--resume", folder=folder)
@@ -64,9 +67,9 @@ def files_of(folder):
 def test_a_run_writes_checkpoints_and_an_agent(whole):
     weights = json.loads((whole / "agent" / "card.json").read_text())["weights"]["file"]
     assert files_of(whole / "agent") == ["card.json", weights]
-    checkpoints = whole / "checkpoints"
-    assert files_of(checkpoints) == [f"{steps:010d}" for steps in (512, 1024, 1536, 2048)]
-    assert all(set(files_of(path)) > {"card.json", "model.zip"} for path in checkpoints.iterdir())
+    assert files_of(whole / "checkpoints") == [f"{steps:010d}" for steps in (0, 512, 1024, 1536, 2048)]
+    for path in checkpoints(whole):
+        assert {Path(name).suffix for name in files_of(path)} == {".json", ".safetensors"}  # no code
     config = json.loads((whole / "config.json").read_text())
     assert config["num_envs"] == 8 and config["hyperparameters"] == ["n_steps=32", "batch_size=128"]
     assert list((whole / "tensorboard").rglob("events.out.tfevents.*"))
@@ -117,10 +120,32 @@ def test_a_run_is_not_overwritten(whole):
     assert (whole / "agent" / "card.json").read_bytes() == before
 
 
+def test_two_trainings_do_not_share_a_folder(whole):
+    train = module_of("train")
+    small = {"num_envs": 2, "hyperparameters": ("n_steps=32", "batch_size=64")}
+    for arguments in ({"resume": True}, small):
+        with locked(whole), pytest.raises(SystemExit) as caught:
+            train.main(train.Config(run_folder=whole, **arguments))
+        message = f"--run-folder must be used by one process at a time; process {os.getpid()} uses it"
+        assert str(caught.value).startswith(message)
+
+
+def test_damaged_settings_of_a_run_are_refused_in_a_line(whole, tmp_path):
+    train = module_of("train")
+    (tmp_path / "checkpoints" / "0000000512").mkdir(parents=True)
+    text = (whole / "config.json").read_text()
+    for damaged in (text[:100], text.replace("num_envs", "number"), "[]", ""):
+        (tmp_path / "config.json").write_text(damaged)
+        with pytest.raises(SystemExit, match=r"^--resume: .*config\.json cannot be read: .*; restore it"):
+            train.main(train.Config(run_folder=tmp_path, resume=True))
+
+
 def test_nothing_to_resume(tmp_path):
     train = module_of("train")
+    missing = tmp_path / "missing"
     with pytest.raises(SystemExit, match="--resume: no checkpoint under"):
-        train.main(train.Config(run_folder=tmp_path, resume=True))
+        train.main(train.Config(run_folder=missing, resume=True))
+    assert not missing.exists()
 
 
 def test_a_resumed_run_keeps_its_settings(resumed):
