@@ -68,8 +68,8 @@ def _judgement(baseline: Baseline) -> str:
         return ""
     return (
         f"{type(baseline).__name__}: the control period of {baseline.scenario.control_period:g} s is too long for its "
-        f"gains: without faults and noise, from {SHARE:g} of the success cone, its commands change by {change:.2f} of "
-        "the limits from call to call and the spacecraft is not on target; take a shorter period or lower gains"
+        f"gains: without faults and noise, from {SHARE:g} of the success cone, its commands reverse "
+        "from call to call and the spacecraft is not on target; take a shorter period or lower gains"
     )
 
 

@@ -91,9 +91,10 @@ class SpacecraftBatch:
             If a spacecraft has diverged. The others have completed the step: after a reset of those that the error
             names, all go on.
         """
-        fraction = real_numbers(action, "action").astype(np.float64, copy=False)
-        if fraction.shape != self._limits.shape:
-            raise ValueError(f"action must have shape {self._limits.shape}, got {fraction.shape}")
+        given = np.asarray(action)
+        if given.shape != self._limits.shape:
+            raise ValueError(f"action must have shape {self._limits.shape}, got {given.shape}")
+        fraction = real_numbers(given, "action").astype(np.float64, copy=False)
         if not np.isfinite(fraction).all():
             raise ValueError(f"action must be finite, got {fraction!r}")
         simulator = self.simulator

@@ -166,9 +166,10 @@ class TransformWrapper(gym.Wrapper[Observation, Actions, Observation, Actions], 
         ValueError
             If the action has the wrong shape, is not finite, or does not consist of real numbers.
         """
-        action = real_numbers(action, "action")
+        action = np.asarray(action)
         if action.shape != self.action_space.shape:
             raise ValueError(f"action must have shape {self.action_space.shape}, got {action.shape}")
+        action = real_numbers(action, "action")
         observation, *others = self.env.step(self.transform.command(action[None])[0])
         return (self.transform.observe(observation[None], self._all)[0], *others)
 
@@ -215,10 +216,11 @@ class VectorTransformWrapper(VectorWrapper[Observation, Actions, Observation, Ac
         ValueError
             If the actions have the wrong shape, are not finite, or do not consist of real numbers.
         """
-        actions = real_numbers(actions, "actions")
+        actions = np.asarray(actions)
         if actions.shape != self.action_space.shape:
             raise ValueError(f"actions must have shape {self.action_space.shape}, got {actions.shape}")
-        observation, reward, terminated, truncated, infos = self.env.step(self.transform.command(actions))
+        command = self.transform.command(real_numbers(actions, "actions"))
+        observation, reward, terminated, truncated, infos = self.env.step(command)
         if "final_obs" in infos:
             # The environment has reset these spacecraft already; the transform still holds the state of their episodes.
             ended, last = np.flatnonzero(infos["_final_obs"]), observation.copy()

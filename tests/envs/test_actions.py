@@ -11,8 +11,12 @@ TEXT, FLAGS, COMPLEX = ["0.1"] * 4, np.zeros(4, dtype=bool), np.zeros(4, dtype=c
 OBJECTS = np.array([0.1, 0.2, 0.3, 0.4], dtype=object)
 
 
+def scheduled(env):
+    return GainScheduling(env, ranges={"braking_share": (0.4, 0.9)})
+
+
 @pytest.mark.parametrize("action", [TEXT, FLAGS, COMPLEX, OBJECTS], ids=["text", "flags", "complex", "objects"])
-@pytest.mark.parametrize("wrap", [lambda env: env, ResidualPolicy, GainScheduling])
+@pytest.mark.parametrize("wrap", [lambda env: env, ResidualPolicy, scheduled], ids=["plain", "residual", "scheduled"])
 def test_actions_that_are_no_real_numbers(wrap, action):
     single, vector = wrap(gym.make("SpacecraftFTC-v0").unwrapped), wrap(gym.make_vec("SpacecraftFTC-v0", num_envs=2))
     for env, given in ((single, np.array(action)), (vector, np.array([action, action]))):
