@@ -13,9 +13,11 @@ total momentum is conserved to rounding.
 import math
 from typing import Any
 
+from numba import njit
+
 from ftac_gym.dynamics.fault_signals import constant_signals, step_signals
 from ftac_gym.dynamics.stiff_wheel import stiff_step
-from ftac_gym.utils.compiling import inlined
+from ftac_gym.utils.compiling import CONTRACT, inlined
 
 
 @inlined
@@ -31,6 +33,35 @@ def add_torque(actuation: Any, substep: int, column: int, torque: float, axis: A
     actuation[substep, column] += torque * axis[0]
     actuation[substep, column + 1] += torque * axis[1]
     actuation[substep, column + 2] += torque * axis[2]
+
+
+@njit(error_model="numpy", fastmath=CONTRACT)
+def held_at_limit(
+    array: Any, j: int, momentum: float, step: float, settled: float, transient: float, resistance: Any
+) -> float:
+    """Return the momentum after a step in which the lag presses wheel j against its limit and then releases it.
+
+    The torque of the motor is ``settled`` - ``transient`` exp(-t / T). Without this the momentum would pass its limit
+    within the step and come back. NaN if it stays within the limit.
+    """
+    wheel = array[j]
+    forward, backward, brake = resistance
+    sign = math.copysign(1.0, transient)
+    dry = wheel.coulomb * (forward if sign > 0.0 else backward) + brake
+    drag = sign * (dry + wheel.viscous * wheel.inverse_inertia * wheel.momentum_limit)
+    balance = settled + drag
+    # The exponential of the lag at the moment at which torque and drag balance.
+    share = balance / transient
+    if not wheel.lag_left[2] < share < 1.0:
+        return math.nan
+    lag = -step / math.log(wheel.lag_left[2])
+    moment = -lag * math.log(share)
+    peak = momentum - balance * moment + lag * (transient - balance)
+    if not sign * peak > wheel.momentum_limit:
+        return math.nan
+    back = sign * (balance * (step - moment) - lag * (balance - transient * wheel.lag_left[2]))
+    strongest = wheel.power_limit / (wheel.momentum_limit * wheel.inverse_inertia) + abs(drag)
+    return sign * (wheel.momentum_limit - min(back, strongest * (step - moment)))
 
 
 @inlined
@@ -112,7 +143,7 @@ def turn_wheel(
         mean = (momentum - reached) * per_step
         after = torque_4
         if not calm:
-            stiff = False
+            stiff, smooth = False, True
             if locked and brake == 0.0:
                 torque_1, torque_4 = last, last
                 reached, missing_4 = momentum - step * last, missing
@@ -125,6 +156,10 @@ def turn_wheel(
                     reached, torque_1, torque_4 = stiff_step(
                         array, j, momentum, step, limited, missing, effectiveness, bias, resistance
                     )
+                if lag_left > 0.0:
+                    held = held_at_limit(array, j, momentum, step, full_2, e_2 * missing, (forward, backward, brake))
+                    if held == held:
+                        reached, smooth = held, False
             inside = min(max(reached, -limit), limit)
             mean = (momentum - inside) * per_step
             after = torque_4
@@ -132,8 +167,8 @@ def turn_wheel(
                 # At most 1, and 0 for a wheel at its limit under a torque beyond it.
                 share = (inside - momentum) / (reached - momentum)
                 after, torque_1, torque_4 = share * torque_4, mean, mean
-            elif stiff and momentum * inside <= 0.0:
-                # Friction reverses or vanishes within the step: only its impulse is well defined.
+            elif not smooth or (stiff and momentum * inside <= 0.0):
+                # The limit or friction acts in a part of the step: only the impulse is well defined.
                 torque_1, torque_4 = mean, mean
             reached = inside
         # With this middle, Simpson's rule of the body gives the impulse that the wheel lost.

@@ -128,15 +128,18 @@ class Bias(WheelFault):
         super().__post_init__()
         normalise(self, flag, "random_sign")
 
-    def largest_torque(self, time: float) -> float:
-        """Return a bound on the torque [N m] in an episode of a length [s]; infinite beyond double precision."""
+    def largest_torque(self, time: float, limits: FloatArray) -> FloatArray:
+        """Return a bound on the torque [N m] of wheels with torque limits (m,) in an episode of a length [s].
+
+        It is infinite beyond double precision.
+        """
         if self.recovery is not None:
             time = min(time, bounds(self.recovery)[1] - bounds(self.onset)[0])
         elif self.duration is not None:
             time = min(time, bounds(self.duration)[1])
         with np.errstate(over="ignore"):
             swing = largest(self.amplitude) * max(1.0, float(np.power(time, largest(self.exponent))))
-        return largest(self.constant) + largest(self.slope) * time + swing
+        return np.full(len(limits), largest(self.constant) + largest(self.slope) * time + swing)
 
     def _fill(self, rows: npt.NDArray[np.void], uniform: FloatArray, torque_limit: FloatArray) -> None:
         if self.random_sign:
@@ -185,6 +188,10 @@ class HardOver(WheelFault):
     constants: ClassVar = {"effectiveness": 0.0}
     fraction: Interval = field(default=1.0, metadata=magnitude("bias", low=-1.0, high=1.0))
     random_sign: bool = True
+
+    def largest_torque(self, time: float, limits: FloatArray) -> FloatArray:
+        """Return a bound on the torque [N m] of wheels with torque limits (m,), at any time."""
+        return largest(self.fraction) * limits
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""

@@ -62,7 +62,7 @@ def check_numbers(scenario: Scenario) -> None:
     scales["success.angle"], scales["success.rate"] = scenario.success.angle, scenario.success.rate
     for path, fault in _faults(scenario):
         if isinstance(fault, Bias):
-            torque = fault.largest_torque(scenario.duration)
+            torque = float(fault.largest_torque(scenario.duration, wheels.torque_limits)[0])
             rule = f"must stay within {LARGEST_NUMBER:g} N m until the end of the episode"
             require(torque <= LARGEST_NUMBER, path, rule, torque)
     for name, values in scales.items():

@@ -1,7 +1,8 @@
-"""Bound on the rates that a scenario can reach, whatever is commanded.
+"""Bound on the rates that a scenario can reach: for a while every torque pushes one way.
 
-For a while a wheel pushes one way, or until it has given all its momentum, and every torque helps. The bound is an
-estimate, not a proof: :class:`~ftac_gym.dynamics.divergence.DivergenceError` covers what it leaves out.
+In a scenario alone these are the torques that nothing commands. In an environment the wheels push with all their torque
+too, or until they have given all their momentum. The bound is an estimate, not a proof:
+:class:`~ftac_gym.dynamics.divergence.DivergenceError` covers what it leaves out.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ftac_gym.faults.wheel_faults import Bias, FrictionRise
+from ftac_gym.faults.wheel_faults import Bias, FrictionRise, HardOver
 from ftac_gym.task.disturbances import Disturbance
 from ftac_gym.task.inertia import InertiaUncertainty
 from ftac_gym.task.vibration import AppendageUncertainty
@@ -31,8 +32,15 @@ _ENUMERATED = 10
 """Number of wheels up to which the corners of the momentum envelope are enumerated."""
 
 
-def check_reach(scenario: Scenario) -> None:
+def check_reach(scenario: Scenario, commanded: bool = False) -> None:
     """Check that the physics step integrates every rate that can be reached.
+
+    Parameters
+    ----------
+    scenario
+        The scenario.
+    commanded
+        Whether the wheels push too, with commands at their torque limits.
 
     Raises
     ------
@@ -44,24 +52,23 @@ def check_reach(scenario: Scenario) -> None:
     name = "max_rate" if initial.rate is None else "rate"
     rule = f"must be at most {fastest:.4g} rad/s, {LARGEST_TURN:g} rad in a physics_step of {step:g} s"
     require(initial.largest_rate <= fastest, f"initial_state.{name}", rule, initial.largest_rate)
-    shares = _shares(scenario)
+    shares = _shares(scenario, commanded)
     rate = sum(shares.values())
     parts = ", ".join(f"{name} {share:.3g}" for name, share in shares.items() if share > 0.0)
-    rule = "must not make the rate diverge under full torque (a torque that grows with the rate)"
+    rule = "must not make the rate diverge (a torque that grows with the rate)"
     require(rate < math.inf, "disturbance.rate_offset", rule, getattr(scenario.disturbance, "rate_offset", None))
     longest = LARGEST_TURN / rate if rate > 0.0 else math.inf
     rule = f"must be at most {longest:.3g} s, or tumble_rate or momentum limits be lower: the rate could reach"
     require(rate <= fastest, "physics_step", f"{rule} {rate:.4g} rad/s ({parts})", step)
 
 
-def _shares(scenario: Scenario) -> dict[str, float]:
+def _shares(scenario: Scenario, commanded: bool) -> dict[str, float]:
     """Return what each part can add to the rate [rad/s]."""
     initial, wheels, disturbance = scenario.initial_state, scenario.spacecraft.wheels, scenario.disturbance
     least, most = _moments(scenario)
     start = initial.largest_rate * math.sqrt(most / least) + _modal_momentum(scenario) / least
     at_start = np.minimum(initial.largest_momentum(wheels.count), wheels.momentum_limits)
-    # A wheel without a limit of either kind gives whatever is commanded: nothing can be said.
-    torque = np.where(np.isfinite(wheels.torque_limits), wheels.torque_limits, 0.0) + _bias(scenario)
+    torque = _uncommanded(scenario) + (wheels.torque_limits if commanded else 0.0)
 
     def given(time: float) -> FloatArray:
         return np.minimum(torque * time, at_start + wheels.momentum_limits)
@@ -123,17 +130,18 @@ def _modal_momentum(scenario: Scenario) -> float:
     return float(np.linalg.norm(modes["coupling"], axis=1) @ np.hypot(np.sqrt(modes["stiffness"]) * stretch, speed))
 
 
-def _bias(scenario: Scenario) -> FloatArray:
-    """Return a bound on the faulty torque of each wheel (m,) [N m]."""
-    torque = np.zeros(scenario.spacecraft.wheels.count)
+def _uncommanded(scenario: Scenario) -> FloatArray:
+    """Return a bound on the torque of each wheel (m,) [N m] that faults give by themselves."""
+    limits = scenario.spacecraft.wheels.torque_limits
+    torque = np.zeros_like(limits)
     for fault in () if scenario.faults is None else scenario.faults.faults:
-        if isinstance(fault, Bias):
-            added = fault.largest_torque(scenario.duration)
+        if isinstance(fault, (Bias, HardOver)):
+            added = fault.largest_torque(scenario.duration, limits)
             if fault.wheel is None:  # Of a distribution: one fault a wheel, on any of them.
                 torque = np.maximum(torque, added)
             else:
-                torque[fault.wheel] += added
-    return torque
+                torque[fault.wheel] += added[fault.wheel]
+    return np.where(np.isfinite(torque), torque, 0.0)
 
 
 def _drag(scenario: Scenario, at_start: FloatArray, torque: FloatArray) -> FloatArray:

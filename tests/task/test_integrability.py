@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from ftac_gym import scenarios
+from ftac_gym.dynamics import Simulator
+from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
 from ftac_gym.faults import Bias, FaultSchedule, FrictionRise, GyroBiasStep, LossOfEffectiveness
 from ftac_gym.spacecraft import FlexibleAppendages, Friction, Spacecraft, WheelArray, catalogue, pyramid, sign_pyramid
 from ftac_gym.task import (
@@ -22,6 +24,7 @@ from ftac_gym.task import (
     SetPoints,
     SuccessCriterion,
 )
+from ftac_gym.task.reach import PUSH_PERIODS, _shares
 
 FLAGSHIP = scenarios.get("flagship")
 INERTIA = FLAGSHIP.spacecraft.inertia_matrix
@@ -47,8 +50,8 @@ def test_the_scenarios_of_the_library_keep_their_distance():
     """Five times the step is accepted: so are changes of a few numbers."""
     for name in scenarios.names():
         scenario = scenarios.get(name)
-        longer = scenario.replace(control_period=5.0 * scenario.physics_step, physics_step=5.0 * scenario.physics_step)
-        assert longer.substeps == 1
+        step = 5.0 * scenario.physics_step
+        SpacecraftFTCEnv(scenario.replace(control_period=step, physics_step=step))
 
 
 @pytest.mark.parametrize(
@@ -71,7 +74,8 @@ def test_the_scenarios_of_the_library_keep_their_distance():
     ],
 )
 def test_ordinary_spacecraft_are_accepted(parts):
-    FLAGSHIP.replace(**parts).draw(0, 10)
+    env = SpacecraftFTCVectorEnv(4, scenario=FLAGSHIP.replace(**parts))
+    env.reset(seed=0)
 
 
 FAST = (0.0, 0.0, 300.0)
@@ -88,9 +92,7 @@ BENDING = {
     [
         ({"initial_state": InitialState(rate=FAST)}, "initial_state.rate must be at most 50 rad/s, 1 rad in a phys"),
         ({"initial_state": InitialState(max_rate=300.0)}, "initial_state.max_rate must be at most 50 rad/s, .*300"),
-        ({"initial_state": InitialState(wheel_momentum=13.0)}, "initial_state.wheel_momentum must stay within the"),
-        (small(1.0, None), r"physics_step must be at most .* the rate could reach .* rad/s \(.*wheels"),
-        (small(1.0, 1.0), r"physics_step must be at most .* the rate could reach .* rad/s"),
+        ({"initial_state": InitialState(wheel_momentum=13.0)}, "initial_state.wheel_momentum must stay within"),
         (
             {"physics_step": 200.0, "control_period": 200.0, "duration": 2000.0, "disturbance": None},
             "initial_state.max_rate must be at most 0.005 rad/s, 1 rad in a physics_step of 200 s",
@@ -158,21 +160,28 @@ def test_what_the_step_cannot_integrate_is_refused_by_field_rule_and_value(chang
     assert ", got " in str(caught.value) and len(str(caught.value)) <= 500 and "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize(("torque", "momentum"), [(1.0, None), (1.0, 1.0)])
+def test_wheels_too_strong_for_the_body_are_refused_by_environments(torque, momentum):
+    """A simulator takes them: what is commanded there may be far below the limit."""
+    scenario = FLAGSHIP.replace(**small(torque, momentum))
+    with pytest.raises(ValueError, match=r"^physics_step must be at most .*the rate could reach .* rad/s \(.*wheels"):
+        SpacecraftFTCEnv(scenario)
+    simulator = Simulator(scenario, 2)
+    simulator.reset(scenario.draw(0, 2))
+    simulator.step(np.full((2, 4), 1e-4))
+
+
 def test_a_finer_step_is_the_remedy_that_the_message_names():
-    quick = small(0.01, None)
+    quick = FLAGSHIP.replace(**small(0.01, None))
     with pytest.raises(ValueError, match="physics_step must be at most") as caught:
-        FLAGSHIP.replace(**quick)
+        SpacecraftFTCEnv(quick)
     longest = float(str(caught.value).split()[5])
-    step = 0.1 / np.ceil(0.1 / longest)
-    FLAGSHIP.replace(**quick, physics_step=step)
+    SpacecraftFTCEnv(quick.replace(physics_step=0.1 / np.ceil(0.1 / longest)))
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_the_reach_bounds_what_full_torque_does(seed):
     """No sequence of full torques passes the bound on which the refusal rests."""
-    from ftac_gym.dynamics import Simulator
-    from ftac_gym.task.reach import PUSH_PERIODS, _shares
-
     rng = np.random.default_rng(seed)
     for _ in range(10):
         scenario = FLAGSHIP.replace(
@@ -185,7 +194,7 @@ def test_the_reach_bounds_what_full_torque_does(seed):
         )
         simulator = Simulator(scenario, 16)
         simulator.reset(scenario.draw(seed, 16))
-        bound = sum(_shares(scenario).values())
+        bound = sum(_shares(scenario, commanded=True).values())
         signs = np.sign(rng.normal(size=(16, 4)))
         for _ in range(PUSH_PERIODS):
             simulator.step(0.2 * np.where(rng.random((16, 4)) < 0.05, -signs, signs))
