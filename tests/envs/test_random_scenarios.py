@@ -1,4 +1,4 @@
-"""What is accepted flies: no scenario gives anything but finite numbers within the spaces."""
+"""Random scenarios: those that are accepted fly, and give finite numbers within the spaces."""
 
 import gymnasium as gym
 import numpy as np
