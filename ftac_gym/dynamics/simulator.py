@@ -22,7 +22,7 @@ from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.reach import LARGEST_TURN
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.task.vibration import modal_energy, vibration_torque
-from ftac_gym.utils.parameters import FloatArray, require
+from ftac_gym.utils.parameters import FloatArray, is_whole, require
 
 THREAD_BATCH = 512
 """Least number of spacecraft of one thread: with fewer, waking the thread costs more than it saves."""
@@ -49,7 +49,7 @@ class Simulator:
     def __init__(self, scenario: Scenario, num_spacecraft: int, threads: int = 1) -> None:
         require(isinstance(scenario, Scenario), "scenario", "must be a Scenario", scenario)
         for name, value in (("num_spacecraft", num_spacecraft), ("threads", threads)):
-            require(isinstance(value, (int, np.integer)) and value > 0, name, "must be a positive integer", value)
+            require(is_whole(value) and value > 0, name, "must be a positive integer", value)
         self.scenario = scenario
         self.num_spacecraft = int(num_spacecraft)
         self.threads = int(threads)

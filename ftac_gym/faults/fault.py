@@ -20,6 +20,7 @@ from ftac_gym.utils.parameters import (
     draw,
     fields_named,
     interval,
+    is_whole,
     non_negative_interval,
     normalise,
     optional,
@@ -209,8 +210,9 @@ class WheelFault(Fault):
         """Check and normalise the fields."""
         super().__post_init__()
         if self.wheel is not None:
-            is_index = isinstance(self.wheel, (int, np.integer)) and not isinstance(self.wheel, bool)
-            require(is_index and self.wheel >= 0, "wheel", "must be a non-negative integer or None", self.wheel)
+            require(
+                is_whole(self.wheel) and self.wheel >= 0, "wheel", "must be a non-negative integer or None", self.wheel
+            )
             object.__setattr__(self, "wheel", int(self.wheel))
 
     def check(self, wheels: WheelArray) -> None:

@@ -41,5 +41,5 @@ def get(name: str) -> Scenario:
     ValueError
         If the name is unknown; the message lists the known ones.
     """
-    require(name in _BUILDERS, "scenario", f"must be one of {names()}", name)
+    require(isinstance(name, str) and name in _BUILDERS, "scenario", f"must be one of {names()}", name)
     return _BUILDERS[name]()

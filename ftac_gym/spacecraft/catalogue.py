@@ -119,5 +119,5 @@ def get(name: str) -> ReactionWheel:
     ValueError
         If the name is unknown; the message lists the known ones.
     """
-    require(name in _WHEELS, "wheel", f"must be one of {names()}", name)
+    require(isinstance(name, str) and name in _WHEELS, "wheel", f"must be one of {names()}", name)
     return _WHEELS[name]

@@ -19,9 +19,7 @@ pyramid of four, 54.7 deg  1.155    0.577
 
 import math
 
-import numpy as np
-
-from ftac_gym.utils.parameters import Matrix, finite, require
+from ftac_gym.utils.parameters import Matrix, finite, is_whole, require
 
 
 def three_orthogonal() -> Matrix:
@@ -64,7 +62,7 @@ def pyramid(elevation: float, count: int = 4, azimuth: float = 0.0) -> Matrix:
     elevation, azimuth = finite(elevation, "elevation"), finite(azimuth, "azimuth")
     within = abs(elevation) < 0.5 * math.pi and elevation != 0.0
     require(within, "elevation", "must lie within (-pi/2, pi/2) and not be zero", elevation)
-    require(isinstance(count, (int, np.integer)) and count >= 3, "count", "must be an integer of at least 3", count)
+    require(is_whole(count) and count >= 3, "count", "must be an integer of at least 3", count)
     angles = [azimuth + 2.0 * math.pi * wheel / count for wheel in range(count)]
     return (
         tuple(math.cos(elevation) * math.cos(angle) for angle in angles),

@@ -32,6 +32,7 @@ from ftac_gym.utils.parameters import (
     FloatArray,
     Matrix,
     fields_named,
+    is_whole,
     matrix,
     normalise,
     optional,
@@ -145,7 +146,7 @@ class Scenario:
             for fault in self.faults.faults:
                 if fault.mean_acting is not None and fault.mean_resting is not None:
                     enough = fault.mean_acting + fault.mean_resting >= shortest
-                    require(enough, "mean_acting", rule, fault.mean_acting)
+                    require(enough, "faults.mean_acting", rule, fault.mean_acting)
         check_motion(self)
 
     @property
@@ -210,8 +211,8 @@ class Scenario:
         ValueError
             If the seed is negative or the count is not positive.
         """
-        require(isinstance(seed, (int, np.integer)) and seed >= 0, "seed", "must be a non-negative integer", seed)
-        require(isinstance(count, (int, np.integer)) and count > 0, "count", "must be a positive integer", count)
+        require(is_whole(seed) and seed >= 0, "seed", "must be a non-negative integer", seed)
+        require(is_whole(count) and count > 0, "count", "must be a positive integer", count)
         return self.draw_episodes([int(seed)] * int(count), np.arange(count))
 
     def draw_episodes(self, seeds: Sequence[int], index: npt.NDArray[np.int64]) -> Episodes:

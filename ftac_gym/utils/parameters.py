@@ -134,10 +134,14 @@ def non_negative(value: float, field: str) -> float:
     return number
 
 
+def is_whole(value: object) -> bool:
+    """Return whether a value is an integer of Python or NumPy; truth values are none."""
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+
+
 def whole(value: int, least: int, field: str) -> int:
     """Return the value as an int; raise a ValueError unless it is a whole number that is not below the least one."""
-    integer = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-    require(integer and value >= least, field, f"must be a whole number, {least} or more", value)
+    require(is_whole(value) and value >= least, field, f"must be a whole number, {least} or more", value)
     return int(value)
 
 

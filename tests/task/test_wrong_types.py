@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ftac_gym import faults, scenarios
-from ftac_gym.spacecraft import FlexibleAppendages, Friction, Spacecraft, WheelArray
+from ftac_gym import Simulator, faults, scenarios
+from ftac_gym.spacecraft import FlexibleAppendages, Friction, Spacecraft, WheelArray, catalogue, layouts
 from ftac_gym.task import (
     AppendageUncertainty,
     Disturbance,
@@ -247,6 +247,25 @@ def test_rules_between_parts_name_the_part(faulty, message):
         TASK.replace(faults=faulty)
     with pytest.raises(ValueError, match=f"^scenario.{message}"):
         Scenario.from_dict({**TASK.to_dict(), "faults": to_plain(faulty)})
+
+
+def test_counts_are_no_truth_values():
+    for build in (
+        lambda: TASK.draw(True, 1),
+        lambda: TASK.draw(0, True),
+        lambda: Simulator(TASK, True),
+        lambda: layouts.pyramid(0.5, True),
+        lambda: faults.Outage(wheel=True),
+    ):
+        with pytest.raises(ValueError, match=r"must be an? .*integer.*, got True"):
+            build()
+
+
+@pytest.mark.parametrize("get", [scenarios.get, catalogue.get])
+@pytest.mark.parametrize("name", [["flagship"], {}, None, 3, True])
+def test_names_are_text(get, name):
+    with pytest.raises(ValueError, match="must be one of"):
+        get(name)
 
 
 def test_numpy_values_are_accepted_and_converted():
