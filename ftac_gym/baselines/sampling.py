@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from typing import TYPE_CHECKING
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,9 +21,6 @@ SHARE = 0.5
 """Error at the start over the half-angle of the success cone."""
 REVERSALS = 0.3
 """Mean change of a wheel command from one control period to the next, over its limit, that no settled loop needs."""
-
-_judged: dict[tuple[type, str], str] = {}
-"""Warnings by class and arguments of the baseline; empty where there is none."""
 
 _NOMINAL = ("faults", "disturbance", "sensors", "inertia_uncertainty", "appendage_uncertainty", "misalignment")
 
@@ -46,19 +44,27 @@ def warn_of_long_period(baseline: Baseline) -> None:
     baseline
         The baseline, which is left as it is: another one is built for the flight.
     """
-    key = type(baseline), repr(baseline.arguments)
-    if key not in _judged:
-        _judged[key] = _judgement(baseline)
-    if _judged[key]:
+    args, kwargs = baseline.arguments
+    try:
+        warning = _known_judgement(type(baseline), args, tuple(kwargs.items()))
+    except TypeError:  # The arguments have no hash.
+        warning = _judgement(type(baseline), args, kwargs)
+    if warning:
         # With this module as the place of all, Python shows each once.
-        warnings.warn(_judged[key], SampledInstability, stacklevel=1)
+        warnings.warn(warning, SampledInstability, stacklevel=1)
 
 
-def _judgement(baseline: Baseline) -> str:
+@lru_cache
+def _known_judgement(kind: type[Baseline], args: tuple[Any, ...], kwargs: tuple[tuple[str, Any], ...]) -> str:
+    return _judgement(kind, args, dict(kwargs))
+
+
+def _judgement(kind: type[Baseline], args: tuple[Any, ...], kwargs: dict[str, Any]) -> str:
     """Return the warning, empty for none."""
     try:
         with np.errstate(all="ignore"):
-            angles, rates, commands = _flight(baseline.again(3))
+            baseline = kind(*args, **kwargs).again(3)
+            angles, rates, commands = _flight(baseline)
     except Exception:
         return ""  # What fails here fails in the flight itself, which says why.
     success = baseline.scenario.success

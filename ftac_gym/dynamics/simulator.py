@@ -22,7 +22,7 @@ from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.reach import LARGEST_TURN
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.task.vibration import modal_energy, vibration_torque
-from ftac_gym.utils.parameters import FloatArray, is_whole, require
+from ftac_gym.utils.parameters import FloatArray, is_whole, real_numbers, require
 
 THREAD_BATCH = 512
 """Least number of spacecraft of one thread: with fewer, waking the thread costs more than it saves."""
@@ -177,15 +177,15 @@ class Simulator:
         Raises
         ------
         ValueError
-            If the command has the wrong shape or is not finite.
+            If the command has the wrong shape, is not finite, or does not consist of real numbers.
         RuntimeError
             If the simulator was never reset.
         DivergenceError
             If a spacecraft has diverged: its state is not finite, or too fast for the physics step.
         """
-        torque = np.asarray(command, dtype=np.float64)
-        shape = self.last_command.shape
-        require(torque.shape == shape, "command", f"must have shape {shape}", torque)
+        given, shape = np.asarray(command), self.last_command.shape
+        require(given.shape == shape, "command", f"must have shape {shape}", given)
+        torque = real_numbers(given, "command").astype(np.float64, copy=False)
         require(bool(np.isfinite(torque).all()), "command", "must be finite", torque)
         np.clip(torque, -self._torque_limits, self._torque_limits, out=self.last_command)
         self.advance()

@@ -5,7 +5,6 @@ import warnings
 import zipfile
 import zlib
 from collections.abc import Callable, Sequence
-from copy import copy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -91,7 +90,7 @@ class Batch:
         try:
             return self._flown(slice(None))
         except Exception as error:
-            PolicyRunner(self.scenario, resolve(copy(self.policy), self.scenario.name))
+            PolicyRunner(self.scenario, resolve(self.policy, self.scenario.name))
             raise self._failure(error) from error
 
     def _flown(self, part: slice) -> BatchResult:

@@ -4,7 +4,6 @@ import warnings
 from collections import defaultdict
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from copy import copy
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from itertools import islice
@@ -162,7 +161,7 @@ def fly(
                 home = None if folder is None else folder / split / "batches"
                 for number, batch in enumerate(batches(scenario, policy, episodes[split], home)):
                     # Paths of agents, not agents, are sent to the workers.
-                    jobs[split, entry.name, seed, number] = replace(batch, policy=copy(entry.policies[seed]))
+                    jobs[split, entry.name, seed, number] = replace(batch, policy=entry.policies[seed])
     results: dict[_Key, BatchResult] = {}
     failures: dict[str, str] = {}
 

@@ -1,7 +1,6 @@
 """Entries of a benchmark: baselines with default and tuned gains, and agents over their training seeds."""
 
 from collections.abc import Mapping, Sequence
-from copy import copy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -130,8 +129,7 @@ def check_fit(policy: Policy, scenarios: Sequence[Scenario]) -> None:
     """
     for scenario in scenarios:
         try:
-            # An attached policy holds its environment, so a copy is attached.
-            runner = PolicyRunner(scenario, copy(policy))
+            runner = PolicyRunner(scenario, policy)
             runner.reset(scenario.draw(0, 1))
             runner.step()
         except ValueError:

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from copy import copy
 from statistics import median
 from time import perf_counter
 from typing import Any
@@ -45,7 +44,7 @@ def step_cost(entry: Entry, scenario: Scenario) -> float:
         The task.
     """
     duration = max(scenario.duration, (1 + GROUPS) * STEPS * scenario.control_period)
-    runner = PolicyRunner(scenario.replace(duration=duration), resolve(copy(entry.policies[0])))
+    runner = PolicyRunner(scenario.replace(duration=duration), resolve(entry.policies[0]))
     runner.reset(runner.env.scenario.draw(0, 1))
     step, whole, environment = runner.env.step, Stopwatch(), Stopwatch()
 

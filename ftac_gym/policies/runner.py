@@ -1,11 +1,12 @@
 """Control of N spacecraft by a policy, one control period at a time."""
 
+from copy import copy
 from typing import Any
 
 import numpy as np
 
 from ftac_gym.envs import SpacecraftFTCVectorEnv
-from ftac_gym.policies.policy import Policy
+from ftac_gym.policies.policy import DeferredBaseline, Policy
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray
@@ -32,7 +33,8 @@ class PolicyRunner:
     """
 
     def __init__(self, scenario: Scenario, policy: Policy, num_spacecraft: int = 1, threads: int = 1) -> None:
-        self.policy = policy
+        # A baseline is built for an environment: one that flies elsewhere too stays as it is.
+        self.policy = copy(policy) if isinstance(policy, DeferredBaseline) else policy
         self.env = SpacecraftFTCVectorEnv(
             num_envs=num_spacecraft,
             scenario=scenario.replace(tumble_rate=None),
@@ -41,7 +43,7 @@ class PolicyRunner:
             threads=threads,
         )
         """The environment without the policy's wrappers."""
-        self._wrapped = policy.attach(self.env)
+        self._wrapped = self.policy.attach(self.env)
         self._observation: Any = None
         self._state: Any = None
         self._start = np.ones(num_spacecraft, dtype=np.bool_)

@@ -63,7 +63,8 @@ def record(plan: Plan) -> Recording:
     estimates: dict[str, list[Any]] = defaultdict(list)
 
     def collect(step: int, runner: PolicyRunner) -> None:
-        baseline, estimate = policy.baseline, policy.baseline.estimate
+        flown: Any = runner.policy
+        baseline, estimate = flown.baseline, flown.baseline.estimate
         for name, history in memory.items():
             history.append(baseline.memory[name])
         # The estimate is that of the period before.

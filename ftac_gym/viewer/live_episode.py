@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from copy import copy
 from typing import Any
 
 import numpy as np
@@ -37,7 +36,7 @@ class LiveEpisode:
         self.scenario = scenario
         self.name = name
         # An attached policy holds its environment, and one policy may fly in several episodes at once.
-        self._runner = PolicyRunner(scenario, copy(resolve(policy, scenario.name)))
+        self._runner = PolicyRunner(scenario, resolve(policy, scenario.name))
         self._batch = self._runner.env.batch
         self._simulator = self._batch.simulator
 

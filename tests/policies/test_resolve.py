@@ -13,7 +13,7 @@ from ftac_gym import baselines, scenarios
 from ftac_gym.agents.agent import Agent
 from ftac_gym.agents.shipped import SHIPPED, best_agent, seeds
 from ftac_gym.evaluation import evaluate, rollout
-from ftac_gym.policies import DeferredBaseline, resolve
+from ftac_gym.policies import DeferredBaseline, PolicyRunner, resolve
 
 SHORT = scenarios.get("flagship").replace(duration=3.0)
 GAINS = np.array([[-1.0, 0.2, 0.1], [0.3, 1.0, 0.2], [0.1, 0.0, -0.9], [0.2, 0.2, 0.2]])
@@ -56,9 +56,22 @@ def test_the_gains_of_baselines_that_do_not_name_theirs():
 
 
 def test_a_baseline_is_built_when_it_is_attached():
+    runner = PolicyRunner(SHORT, resolve("pd_dob"), num_spacecraft=3)
+    built = runner.policy.baseline
+    assert isinstance(built, baselines.baseline_class("pd_dob")) and built.num_spacecraft == 3
+
+
+def test_a_baseline_that_flies_twice_at_once_is_two():
     policy = resolve("pd_dob")
-    rollout(SHORT, policy, count=3)
-    assert isinstance(policy.baseline, baselines.baseline_class("pd_dob")) and policy.baseline.num_spacecraft == 3
+    runners = [PolicyRunner(SHORT, policy) for _ in range(2)]
+    for seed, runner in enumerate(runners):
+        runner.reset(SHORT.draw(seed, 1))
+    together = [[runner.step() for runner in runners] for _ in range(5)]
+    for seed in range(2):
+        runner = PolicyRunner(SHORT, policy)
+        runner.reset(SHORT.draw(seed, 1))
+        for rewards in together:
+            np.testing.assert_array_equal(runner.step(), rewards[seed])
 
 
 @pytest.mark.parametrize(
