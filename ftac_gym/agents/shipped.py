@@ -34,11 +34,13 @@ def evaluations(folder: Path) -> list[dict[str, float]]:
         return [_numbers(row, line) for line, row in enumerate(csv.DictReader(text.splitlines()), 2)]
 
 
-def _numbers(row: Mapping[str, str], line: int) -> dict[str, float]:
-    try:
-        numbers = {name: float(value) for name, value in row.items()}
-    except (TypeError, ValueError):
-        raise ValueError(f"line {line} must have a number for each column, got {row}") from None
+def _numbers(row: Mapping[str | None, str | None], line: int) -> dict[str, float]:
+    numbers: dict[str, float] = {}
+    for name, text in row.items():
+        try:
+            numbers[str(name)] = float(text or "")
+        except (TypeError, ValueError):  # None is the column, or the value, of a line that is too long or too short
+            require(False, f"line {line}", f"must have a number for each column, {name} too", text)
     for name in ("steps", "mean_return"):
         require(name in numbers, f"line {line}", f"must have the column {name}", list(numbers))
     require(numbers["steps"].is_integer(), f"line {line}", "must have a whole number of steps", numbers["steps"])

@@ -104,9 +104,9 @@ def test_a_number_that_is_cut_off_is_no_number(killed):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (b"steps,mean_return\n10,x\n20,3\n", "line 2 must have a number for each column"),
-        (b"steps,mean_return\n10,1.0\n20\n30,2.0\n", "line 3 must have a number for each column"),
-        (b"steps,mean_return\n10,1.0,7\n", "line 2 must have a number for each column"),
+        (b"steps,mean_return\n10,x\n20,3\n", "line 2 must have a number for each column, mean_return too"),
+        (b"steps,mean_return\n10,1.0\n20\n30,2.0\n", "line 3 must have a number for each column, mean_return too"),
+        (b"steps,mean_return\n10,1.0,7\n", "line 2 must have a number for each column, None too"),
         (b"steps,return\n10,1.0\n", "line 2 must have the column mean_return"),
         (b"steps,mean_return\n\xff\xfe\n", "can't decode"),
         (b"steps,mean_return\ninf,1.0\n", "line 2 must have a whole number of steps"),
