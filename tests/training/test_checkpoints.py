@@ -64,7 +64,7 @@ def learn_on(model, steps):
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 def test_a_restored_model_goes_on_as_the_one_before(algorithm, tmp_path):
-    settings = {"batch_size": 16, **({"n_epochs": 2} if "ppo" in algorithm else {})}
+    settings = {"batch_size": 16, "learning_rate": "lin_0.001", **({"n_epochs": 2} if "ppo" in algorithm else {})}
     model, _ = model_of(algorithm, INTERFACE, **settings)
     model.learn(80)
     save_checkpoint(tmp_path, model, INTERFACE, {"steps": 80})
