@@ -98,7 +98,7 @@ class Envelope:
     def multiples(self, direction: FloatArray, load: Load, reach: FloatArray) -> FloatArray:
         """Return the largest multiples (N,) of vectors (N, 3) in the room that a load leaves."""
         needed = np.abs(direction @ self._normals)
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             fits = np.where(needed > 1e-12, np.maximum(self.room(load, reach)[0], 0.0) / needed, np.inf)
         return fits.min(axis=1, initial=np.inf)
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ftac_gym.faults.wheel_faults import Bias, FrictionRise, HardOver
+from ftac_gym.faults.wheel_faults import Bias, FrictionRise, HardOver, Seizure
 from ftac_gym.task.disturbances import Disturbance
 from ftac_gym.task.inertia import InertiaUncertainty
 from ftac_gym.task.vibration import AppendageUncertainty
@@ -69,33 +69,31 @@ def _shares(scenario: Scenario, commanded: bool) -> dict[str, float]:
     start = initial.largest_rate * math.sqrt(most / least) + _modal_momentum(scenario) / least
     at_start = np.minimum(initial.largest_momentum(wheels.count), wheels.momentum_limits)
     torque = _uncommanded(scenario) + (wheels.torque_limits if commanded else 0.0)
+    axes = wheels.axis_matrix + (0.0 if scenario.misalignment is None else np.array(scenario.misalignment))
 
-    def given(time: float) -> FloatArray:
-        return np.minimum(torque * time, at_start + wheels.momentum_limits)
+    def given(time: float) -> float:
+        impulse = np.minimum(torque * time, at_start + wheels.momentum_limits)
+        # The stages of a step see the torque, however soon the momentum ends it.
+        return _span(axes, np.maximum(impulse, torque * scenario.physics_step)) / least
 
     time = min(scenario.duration, PUSH_PERIODS * scenario.control_period)
-    external = 0.0 if disturbance is None else disturbance.largest_torque(most)
+    external = 0.0 if disturbance is None else disturbance.largest_torque(most) / least
     offset = getattr(disturbance, "rate_offset", None)
     steady = external if offset is None else external * offset
-
-    def pushed(time: float) -> dict[str, float]:
-        return {"wheels": _span(wheels.axis_matrix, given(time)) / least, "external torque": steady * time / least}
-
-    shares = {"start": start, **pushed(time)}
+    shares = {"start": start, "wheels": given(time), "external torque": steady * time}
     if scenario.tumble_rate is not None:
         # An episode that passes this rate ends with the control period.
         name, rate = max(("start", start), ("tumble_rate", scenario.tumble_rate), key=lambda share: share[1])
-        stopped = {name: rate, **pushed(scenario.control_period)}
-        shares = min(shares, stopped, key=_total)
-    if wheels.momentum_coupling:
-        # Momentum over inertia is a frequency too, that of nutation.
-        stored = {"start": start, "stored momentum": _span(wheels.axis_matrix, at_start) / least}
-        shares = max(shares, {**stored, "external torque": steady * time / least}, key=_total)
+        period = scenario.control_period
+        shares = min(shares, {name: rate, "wheels": given(period), "external torque": steady * period}, key=_total)
     if isinstance(disturbance, Disturbance) and offset is not None:
-        push = (_span(wheels.axis_matrix, given(time)) / time + steady) / least
-        grown = _grown(start, push, disturbance.swing(time) / least / time, time)
+        grown = _grown(start, given(time) / time + steady, disturbance.swing(time) / least / time, time)
         shares = max(shares, {"growing torque": grown}, key=_total)
-    return {**shares, "friction": _span(wheels.axis_matrix, _drag(scenario, at_start, torque)) / least}
+    # Stored momentum makes the body nutate, and brakes give it to the body.
+    faults = () if scenario.faults is None else scenario.faults.faults
+    brakes = wheels.friction is not None or any(isinstance(fault, Seizure) for fault in faults)
+    stored = _span(axes, at_start) / least if wheels.momentum_coupling or brakes else 0.0
+    return {**shares, "stored momentum": stored, "friction": _span(axes, _drag(scenario, at_start, torque)) / least}
 
 
 def _total(shares: dict[str, float]) -> float:

@@ -39,10 +39,15 @@ def sizes(low, high):
     return st.integers(0, 49).flatmap(lambda dice: st.sampled_from(ABSURD) if dice == 23 else decades(low, high))
 
 
+def signed(low, high):
+    """Numbers of either sign."""
+    return st.tuples(sizes(low, high), st.sampled_from([1.0, 1.0, -1.0])).map(lambda pair: pair[0] * pair[1])
+
+
 def intervals(low, high):
     """A number, or a pair in rising order, of either sign."""
-    signed = st.tuples(sizes(low, high), st.sampled_from([1.0, 1.0, -1.0])).map(lambda pair: pair[0] * pair[1])
-    return signed | st.tuples(signed, signed).map(lambda pair: tuple(sorted(pair)))
+    values = signed(low, high)
+    return values | st.tuples(values, values).map(lambda pair: tuple(sorted(pair)))
 
 
 def ranges(low, high):
@@ -124,7 +129,7 @@ initial_states = st.builds(
     InitialState,
     attitude=maybe(quaternions),
     angle=maybe(ranges(1e-3, 3.0)),
-    rate=maybe(triples(intervals(1e-4, 1.0).filter(lambda value: not isinstance(value, tuple)))),
+    rate=maybe(triples(signed(1e-4, 1.0))),
     max_rate=sizes(1e-4, 10.0),
     wheel_momentum=intervals(1e-6, 1e-2),
 )
@@ -250,6 +255,7 @@ PARTS = {
     "sensors": maybe(sensor_errors),
     "inertia_uncertainty": maybe(inertia_uncertainties),
     "tumble_rate": maybe(sizes(1e-3, 10.0)),
+    "misalignment": maybe(triples(st.tuples(*[signed(1e-4, 0.1)] * 4))),
     "reward": rewards,
     "success": criteria,
     "prescribed_bound": maybe(st.builds(PrescribedBound, initial=sizes(0.1, 10.0), decay=sizes(1e-3, 1.0))),

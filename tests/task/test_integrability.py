@@ -160,7 +160,17 @@ def test_what_the_step_cannot_integrate_is_refused_by_field_rule_and_value(chang
     assert ", got " in str(caught.value) and len(str(caught.value)) <= 500 and "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(("torque", "momentum"), [(1.0, None), (1.0, 1.0)])
+def test_messages_are_one_line_however_many_wheels_there_are():
+    axes = np.tile([[1.0], [0.0], [0.0]], 12)
+    with pytest.raises(ValueError, match="initial_state.wheel_momentum must stay within the limits") as caught:
+        FLAGSHIP.replace(
+            spacecraft=Spacecraft(INERTIA, WheelArray(axes, 0.2, 0.123456789)),
+            initial_state=InitialState(wheel_momentum=1.0),
+        )
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("torque", "momentum"), [(1.0, None), (1.0, 1.0), (1e9, 1e-3)])
 def test_wheels_too_strong_for_the_body_are_refused_by_environments(torque, momentum):
     """A simulator takes them: what is commanded there may be far below the limit."""
     scenario = FLAGSHIP.replace(**small(torque, momentum))
