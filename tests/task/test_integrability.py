@@ -162,7 +162,7 @@ def test_what_the_step_cannot_integrate_is_refused_by_field_rule_and_value(chang
 
 def test_messages_are_one_line_however_many_wheels_there_are():
     axes = np.tile([[1.0], [0.0], [0.0]], 12)
-    with pytest.raises(ValueError, match="initial_state.wheel_momentum must stay within the limits") as caught:
+    with pytest.raises(ValueError, match=r"initial_state\.wheel_momentum must stay") as caught:
         FLAGSHIP.replace(
             spacecraft=Spacecraft(INERTIA, WheelArray(axes, 0.2, 0.123456789)),
             initial_state=InitialState(wheel_momentum=1.0),

@@ -50,7 +50,7 @@ PARTS = [  # every class with no field at its default
     },
     {
         "faults": faults.FaultSchedule(
-            (faults.Bias(wheel=0, constant=1, slope=2, amplitude=3, exponent=4, frequency=5, phase=6),)
+            (faults.Bias(wheel=0, constant=1, slope=2, amplitude=3, exponent=1.5, frequency=5, phase=6),)
         )
     },
     {
