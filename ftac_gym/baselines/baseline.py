@@ -20,7 +20,7 @@ from ftac_gym.baselines.sampling import warn_of_long_period
 from ftac_gym.baselines.tunable import Tunable
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import FloatArray, require
+from ftac_gym.utils.parameters import FloatArray, is_whole, require
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -76,8 +76,8 @@ class Baseline(Tunable, ABC):
     def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
         super().__init__(**gains)
         require(isinstance(scenario, Scenario), "scenario", "must be a Scenario", scenario)
-        whole = isinstance(num_spacecraft, (int, np.integer)) and num_spacecraft > 0
-        require(whole, "num_spacecraft", "must be a positive integer", num_spacecraft)
+        counted = is_whole(num_spacecraft) and num_spacecraft > 0
+        require(counted, "num_spacecraft", "must be a positive integer", num_spacecraft)
         reference, wheels = scenario.reference, scenario.spacecraft.wheels
         rule = f"must be at rest: {self.rest_only}"
         require(not (self.rest_only and reference.moving), "reference", rule, type(reference).__name__)

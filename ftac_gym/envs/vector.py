@@ -15,7 +15,7 @@ from ftac_gym.envs.rendering.display import RENDER_MODES
 from ftac_gym.envs.reward import TERMS, total
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import FloatArray, require, whole
+from ftac_gym.utils.parameters import FloatArray, is_whole, require, whole
 
 Observation = npt.NDArray[np.float32]
 
@@ -68,8 +68,7 @@ class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArra
         default_scenario: str = "flagship",
         **scenario_changes: Any,
     ) -> None:
-        valid = isinstance(num_envs, (int, np.integer)) and num_envs > 0
-        require(valid, "num_envs", "must be a positive integer", num_envs)
+        require(is_whole(num_envs) and num_envs > 0, "num_envs", "must be a positive integer", num_envs)
         known = [mode.value for mode in AutoresetMode]
         valid = isinstance(autoreset_mode, AutoresetMode) or autoreset_mode in known
         require(valid, "autoreset_mode", f"must be an AutoresetMode or one of {known}", autoreset_mode)
@@ -205,6 +204,7 @@ class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArra
 
     def _seed(self, seed: int | Sequence[int | None] | None, chosen: npt.NDArray[np.int64]) -> None:
         seeds: Sequence[int | None] = [None] * self.num_envs
+        require(not isinstance(seed, bool), "seed", "must be an integer or a list of seeds", seed)
         if isinstance(seed, (int, np.integer)):
             super().reset(seed=int(seed))
             seeds = [int(seed) + index for index in range(self.num_envs)]
@@ -214,8 +214,10 @@ class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArra
         require(len(seeds) == self.num_envs, "seed", f"must be an integer or {self.num_envs} seeds", seed)
         for index in chosen.tolist():
             value = seeds[index]
-            valid = value is None or (isinstance(value, (int, np.integer)) and int(value) >= 0)
+            valid = value is None or (is_whole(value) and value >= 0)
             require(valid, f"seed[{index}]", "must be a non-negative integer or None", value)
+        for index in chosen.tolist():
+            value = seeds[index]
             if value is None and not self._seeded[index]:
                 value = int(self.np_random.integers(2**62))
             if value is not None:

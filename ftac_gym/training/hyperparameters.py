@@ -14,6 +14,7 @@ from stable_baselines3.common.utils import LinearSchedule
 from ftac_gym import baselines
 from ftac_gym.agents.interface import WRAPPERS, Interface, base_of
 from ftac_gym.baselines.gains import merged, nested
+from ftac_gym.utils.files import reading
 from ftac_gym.utils.parameters import require
 
 ALGORITHMS = ("ppo", "recurrent_ppo", "sac", "tqc")
@@ -82,9 +83,12 @@ def read_hyperparameters(path: Path, environment_id: str, changes: Mapping[str, 
     Raises
     ------
     ValueError
-        If the file has neither the id nor a default, or an entry breaks a rule.
+        If the file is damaged, has neither the id nor a default, or an entry breaks a rule.
     """
-    known = yaml.safe_load(path.read_text())
+    with reading(path, "correct it", yaml.YAMLError):
+        known = yaml.safe_load(path.read_text(encoding="utf-8"))
+        entries = isinstance(known, dict) and all(isinstance(entry, dict) for entry in known.values())
+        require(entries, "file", "must have a table of entries for each environment id", known)
     rule = f"must be one of {sorted(known)}, which {path.name} has"
     require(environment_id in known or "default" in known, "env_id", rule, environment_id)
     settings = merged(known.get(environment_id, known.get("default")), nested(changes or {}))

@@ -238,6 +238,7 @@ def test_bad_arguments(cls, arguments, message):
         ),
         ({"autoreset_mode": None}, "autoreset_mode must be an AutoresetMode"),
         ({"num_envs": 0}, "num_envs must be a positive integer, got 0"),
+        ({"num_envs": True}, "num_envs must be a positive integer, got True"),
         ({"num_envs": 2.5}, "num_envs must be a positive integer, got 2.5"),
         ({"max_episode_steps": 0}, "max_episode_steps must be a whole number, 1 or more, got 0"),
         ({"threads": 0}, "threads must be a positive integer, got 0"),

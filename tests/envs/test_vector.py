@@ -248,3 +248,13 @@ def test_wrong_number_of_seeds(seeds):
 def test_negative_seeds(seed):
     with pytest.raises((ValueError, gym.error.Error), match=r"(?i)seed|negative"):
         SpacecraftFTCVectorEnv(3).reset(seed=seed)
+
+
+@pytest.mark.parametrize("seed", [[5, -1], [5, True], [5, "6"]])
+def test_a_bad_seed_leaves_all_seeds_as_they_were(seed):
+    env, other = (gym.make_vec("SpacecraftFTC-v0", num_envs=2, **SETTINGS) for _ in range(2))
+    for one in (env, other):
+        one.reset(seed=3)
+    with pytest.raises(ValueError, match=r"seed\[1\] must be a non-negative integer or None, got"):
+        env.reset(seed=seed)
+    np.testing.assert_array_equal(env.reset()[0], other.reset()[0])

@@ -71,6 +71,14 @@ def test_an_unknown_environment_is_refused(path):
         read_hyperparameters(path, "SpacecraftFTCTracking-v0")
 
 
+@pytest.mark.parametrize("text", ["default: {n_envs: 4", "- default", "default: 4", "", "a: !!python/name:os.system"])
+def test_a_damaged_file_is_one_line(path, text):
+    path.write_text(text)
+    message = rf"^{path} cannot be read: [^\n]*; correct it$"
+    with pytest.raises(ValueError, match=message):
+        read_hyperparameters(path, "SpacecraftFTC-v0")
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [

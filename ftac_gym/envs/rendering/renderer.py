@@ -12,7 +12,7 @@ from ftac_gym.envs.rendering.scene import Scene
 from ftac_gym.envs.rendering.snapshot import Snapshot
 from ftac_gym.envs.rendering.toolkit import pygame
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import require
+from ftac_gym.utils.parameters import is_whole, require
 
 SMALLEST = (320, 240)
 """Least width and height of a frame that can be read [pixels]."""
@@ -42,8 +42,7 @@ class Renderer:
 
     def __init__(self, scenario: Scenario, width: int = 640, height: int = 480) -> None:
         for name, value, least in zip(("width", "height"), (width, height), SMALLEST, strict=True):
-            valid = isinstance(value, (int, np.integer)) and not isinstance(value, bool) and value >= least
-            require(valid, name, f"must be an integer, {least} or more [pixels]", value)
+            require(is_whole(value) and value >= least, name, f"must be an integer, {least} or more [pixels]", value)
         pygame.font.init()
         self.size = (int(width), int(height))
         self._readouts = Readouts(scenario, *self.size)
