@@ -1,5 +1,6 @@
 """Files that appear complete or not at all, and locks that end with their process."""
 
+import ast
 import json
 import multiprocessing
 import os
@@ -7,6 +8,7 @@ import signal
 import subprocess
 import sys
 import textwrap
+from pathlib import Path
 
 import pytest
 
@@ -95,3 +97,23 @@ def test_a_folder_is_of_one_process_at_a_time(tmp_path):
         pass
     with locked(tmp_path):
         pass
+
+
+def text_without_encoding(path):
+    """Calls that read or write text in the encoding of the machine."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if not isinstance(node, ast.Call) or any(keyword.arg == "encoding" for keyword in node.keywords):
+            continue
+        name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+        words = [getattr(part, "value", None) for part in (*node.args, *(keyword.value for keyword in node.keywords))]
+        binary = any(isinstance(word, str) and "b" in word and set(word) <= set("rwxab+") for word in words)
+        method = isinstance(node.func, ast.Attribute) and name in ("read_text", "write_text")
+        if method or (name == "open" and not binary):
+            yield f"{path.name}:{node.lineno}: {ast.unparse(node)}"
+
+
+@pytest.mark.parametrize("folder", ["ftac_gym", "train", "benchmarks"])
+def test_text_has_the_same_encoding_on_every_machine(folder):
+    sources = (Path(__file__).parents[2] / folder).rglob("*.py")
+    found = [line for path in sources for line in text_without_encoding(path)]
+    assert [line for line in found if "os.open" not in line] == []
