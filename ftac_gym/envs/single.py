@@ -154,6 +154,8 @@ class SpacecraftFTCEnv(BatchEnvironment, gym.Env[Observation, npt.NDArray[Any]])
         ------
         ValueError
             If the action has the wrong shape or is not finite.
+        DivergenceError
+            If a spacecraft has diverged; the error names it, the time and the quantity.
         """
         action = np.asarray(action)
         if action.shape != self.action_space.shape:

@@ -140,6 +140,8 @@ class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArra
         ------
         ValueError
             If the actions have the wrong shape or are not finite.
+        DivergenceError
+            If a spacecraft has diverged; the error names it, the time and the quantity.
         gymnasium.error.ResetNeeded
             In disabled mode, if a spacecraft whose episode has ended was not reset.
         """

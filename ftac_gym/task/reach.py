@@ -72,7 +72,9 @@ def _shares(scenario: Scenario, commanded: bool) -> dict[str, float]:
     axes = wheels.axis_matrix + (0.0 if scenario.misalignment is None else np.array(scenario.misalignment))
 
     def given(time: float) -> float:
-        impulse = np.minimum(torque * time, at_start + wheels.momentum_limits)
+        impulse = torque * time
+        if wheels.momentum_coupling:  # Torque without it gives momentum to a turning body without end.
+            impulse = np.minimum(impulse, at_start + wheels.momentum_limits)
         # The stages of a step see the torque, however soon the momentum ends it.
         return _span(axes, np.maximum(impulse, torque * scenario.physics_step)) / least
 

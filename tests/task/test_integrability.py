@@ -196,7 +196,8 @@ def test_the_reach_bounds_what_full_torque_does(seed):
     for _ in range(10):
         scenario = FLAGSHIP.replace(
             spacecraft=Spacecraft(
-                rng.uniform(0.5, 1.0, 3) * np.eye(3), WheelArray(sign_pyramid(), 0.2, rng.choice([0.1, 12.0]))
+                rng.uniform(0.5, 1.0, 3) * np.eye(3),
+                WheelArray(sign_pyramid(), 0.2, rng.choice([0.1, 12.0]), bool(rng.integers(2))),
             ),
             initial_state=InitialState(max_rate=0.3, wheel_momentum=(-0.1, 0.1)),
             faults=None,
