@@ -13,11 +13,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-import tyro
 from tyro.conf import Positional
 
 from ftac_gym.agents.conversion import convert
-from ftac_gym.utils.console import exit_on
+from ftac_gym.utils.console import exit_on, run_program
 
 
 @dataclass(frozen=True)
@@ -47,4 +46,4 @@ def main(config: Config) -> None:
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Config, description=__doc__))
+    run_program(main, Config, __doc__)

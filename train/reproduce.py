@@ -10,9 +10,8 @@ For example:
 from __future__ import annotations
 
 import time
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import dataclass
-from multiprocessing import get_context
 from pathlib import Path
 
 from rich.console import Console
@@ -27,7 +26,7 @@ from ftac_gym.reproduction.verdicts import claim_table
 from ftac_gym.utils.console import exit_on, run_program, show_table
 from ftac_gym.utils.files import write_text
 from ftac_gym.utils.parameters import require
-from ftac_gym.utils.processes import end_with_parent
+from ftac_gym.utils.processes import worker_pool
 
 
 @dataclass(frozen=True)
@@ -47,9 +46,7 @@ def run(plans: dict[str, Plan], workers: int) -> Recordings:
     order = sorted(plans, key=lambda name: -plans[name].scenario.horizon)
     flights = Recordings()
     total = sum(plan.scenario.horizon for plan in plans.values())
-    # Spawned, not forked: a fork copies locks that other threads may hold.
-    pool = ProcessPoolExecutor(workers, get_context("spawn"), end_with_parent)
-    with pool, tqdm(total=total) as bar:
+    with worker_pool(workers) as pool, tqdm(total=total) as bar:
         jobs = {pool.submit(record, plans[name]): name for name in order}
         for job in as_completed(jobs):
             name = jobs[job]

@@ -11,12 +11,10 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from functools import partial
 from importlib.metadata import version
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +27,7 @@ from ftac_gym.evaluation.tuning_objective import FAILED, Search, mean_return
 from ftac_gym.evaluation.tuning_study import JOURNAL, Study, Trial
 from ftac_gym.utils.files import locked, write_text
 from ftac_gym.utils.parameters import require
-from ftac_gym.utils.processes import end_with_parent
+from ftac_gym.utils.processes import worker_pool
 
 __all__ = ["JOURNAL", "Result", "Study", "Trial", "store", "tune"]
 
@@ -123,9 +121,7 @@ def _tune(
         return [trial.mean_return for trial in study.trials[first : first + len(gains)]]
 
     report()
-    # Spawned, not forked: a fork copies locks that other threads may hold.
-    pool = ProcessPoolExecutor(min(workers, size), get_context("spawn"), end_with_parent) if workers > 1 else None
-    with pool or nullcontext():
+    with worker_pool(min(workers, size)) if workers > 1 else nullcontext() as pool:
         mapping: Any = map if pool is None else pool.map
         # The first trial is the baseline's own gains; then come generations.
         values([search.gains_at(search.start())], 0)

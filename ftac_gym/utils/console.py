@@ -1,7 +1,6 @@
 """Pieces that the command-line scripts share: errors, provenance and tables; needs the ``train`` extra."""
 
 import dataclasses
-import errno
 import os
 import shlex
 import subprocess
@@ -25,15 +24,12 @@ Config = TypeVar("Config")
 INTERRUPTED, PIPE_CLOSED = 130, 141
 """Statuses of a shell for programs that SIGINT and SIGPIPE end."""
 
-_SURROUNDINGS = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EACCES, errno.EPERM, errno.EIO}
-"""Errors of the operating system beyond a program: space, rights and devices."""
-
 
 def run_program(main: Callable[[Config], None], config: type[Config], description: str | None) -> None:
     """Run a program with the configuration of its command line, to its end or to one line about its surroundings.
 
-    Ctrl-C, a closed pipe, and a disk that is full or read-only end it without a traceback. Characters that the
-    terminal lacks are shown as escapes.
+    Ctrl-C, a closed pipe, and whatever the operating system refuses, such as a full disk or a file in the place of a
+    folder, end it without a traceback. Characters that the terminal lacks are shown as escapes.
 
     Parameters
     ----------
@@ -55,9 +51,7 @@ def run_program(main: Callable[[Config], None], config: type[Config], descriptio
     except BrokenPipeError:
         _end("", PIPE_CLOSED)
     except OSError as error:
-        if error.errno not in _SURROUNDINGS:
-            raise
-        _end(f"{error.strerror}{f': {error.filename}' if error.filename else ''}", 1)
+        _end(f"{error.strerror or error}{f': {error.filename}' if error.filename else ''}", 1)
 
 
 def _end(message: str, status: int) -> None:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import os
 import runpy
+import signal
 import sys
 import threading
 import time
-from collections.abc import Sequence
-from multiprocessing import get_context, parent_process
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import active_children, get_context, parent_process, resource_tracker
 from pathlib import Path
 
 _PATIENCE = 0.5
@@ -35,6 +38,46 @@ def _wait_for_parent() -> None:
     while os.getppid() == parent.pid:
         time.sleep(_PATIENCE)
     os._exit(1)
+
+
+@contextmanager
+def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """Yield a pool of processes that end with this one, and with the block after an error or Ctrl-C.
+
+    Ctrl-C in a terminal reaches all processes. The workers leave it to this one, which ends them.
+
+    Parameters
+    ----------
+    workers
+        Number of processes.
+    """
+    before = active_children()
+    # Spawned, not forked: a fork copies locks that other threads may hold.
+    with ProcessPoolExecutor(workers, get_context("spawn"), end_with_parent) as pool:
+        with _interrupts_waiting():
+            pool.submit(os.getpid)  # The first call starts the workers.
+        try:
+            yield pool
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for process in active_children():
+                if process not in before:
+                    process.terminate()
+            raise
+
+
+@contextmanager
+def _interrupts_waiting() -> Iterator[None]:
+    """Let Ctrl-C wait for the end of the block, and never reach processes that are started in it."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    resource_tracker.ensure_running()  # Its own start would let the signal through.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def run_script(script: Path, arguments: Sequence[str], log: Path) -> int | None:

@@ -6,6 +6,9 @@ import subprocess
 import sys
 import time
 
+import psutil
+import pytest
+
 CHILD = """
 import pathlib, sys, time
 print("begun", flush=True)
@@ -56,3 +59,44 @@ def test_a_script_has_its_arguments_status_and_log(tmp_path):
     for _ in range(2):
         assert subprocess.run([sys.executable, tmp_path / "starter.py", tmp_path]).returncode == 11
     assert (tmp_path / "log.txt").read_text() == 2 * "['a', '--b'] __main__\nno\n"
+
+
+FLYING = """
+import sys, time
+from dataclasses import dataclass
+from pathlib import Path
+from ftac_gym.utils.console import run_program
+from ftac_gym.utils.processes import worker_pool
+
+@dataclass(frozen=True)
+class Config:
+    folder: Path = Path()
+
+def fly(folder, seconds):
+    (folder / "begun").touch()
+    time.sleep(seconds)
+
+def main(config: Config) -> None:
+    with worker_pool(2) as pool:
+        for job in [pool.submit(fly, config.folder, 60.0) for _ in range(8)]:
+            job.result()
+
+if __name__ == "__main__":
+    run_program(main, Config, None)
+"""
+
+
+@pytest.mark.parametrize("moment", ["begun", "started"])
+def test_ctrl_c_ends_a_pool_with_one_line(tmp_path, moment):
+    (tmp_path / "parent.py").write_text(FLYING)
+    command = [sys.executable, tmp_path / "parent.py", "--folder", tmp_path]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    deadline = time.monotonic() + 60.0
+    workers = 0
+    while not (tmp_path / "begun").exists() and not (moment == "started" and workers > 0):
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.01)
+        workers = len(psutil.Process(process.pid).children())
+    os.killpg(process.pid, signal.SIGINT)
+    _, text = process.communicate(timeout=20)
+    assert (process.returncode, text) == (130, "interrupted\n")
