@@ -39,7 +39,7 @@ from ftac_gym.agents.agent import Agent
 from ftac_gym.agents.interface import Interface
 from ftac_gym.agents.storage import read_card
 from ftac_gym.evaluation import rollout
-from ftac_gym.evaluation.metrics import summarize
+from ftac_gym.evaluation.metrics import counted
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.training.algorithms import build, has_base
 from ftac_gym.training.callbacks import Schedule, TrainingCallback
@@ -179,7 +179,7 @@ def evaluator(config: Config, parameters: Hyperparameters) -> Callable[[Agent], 
     def evaluate(agent: Agent) -> dict[str, float]:
         history = rollout(task, agent, seed=config.evaluation_seed, count=config.evaluation_episodes)
         metrics = history.feasible_metrics()
-        return {"mean_return": float(metrics["return"].mean()), **summarize(metrics)}
+        return {"mean_return": float(metrics["return"].mean()), **counted(metrics)}
 
     return evaluate
 

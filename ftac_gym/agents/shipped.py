@@ -2,6 +2,7 @@
 
 import csv
 import math
+import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -25,13 +26,17 @@ def evaluations(folder: Path) -> list[dict[str, float]]:
         If the file is damaged.
     """
     path = folder / EVALUATIONS_FILE
-    if not path.exists():
+    if not os.path.lexists(path):
         return []
-    with reading(path, "remove the damaged line"):
+    with reading(path, "remove the damaged line, or the file if it is no table", csv.Error):
         # A value that was cut off is a number too.
         text = path.read_text(encoding="utf-8")
         require(text.endswith("\n"), "the last line", "must be whole", text[-20:])
-        return [_numbers(row, line) for line, row in enumerate(csv.DictReader(text.splitlines()), 2)]
+        rows = csv.DictReader(text.splitlines())
+        columns = list(rows.fieldnames or ())
+        for name in ("steps", "mean_return"):
+            require(columns.count(name) == 1, "line 1", f"must have the column {name} once", columns)
+        return [_numbers(row, line) for line, row in enumerate(rows, 2)]
 
 
 def _numbers(row: Mapping[str | None, str | None], line: int) -> dict[str, float]:
@@ -41,8 +46,6 @@ def _numbers(row: Mapping[str | None, str | None], line: int) -> dict[str, float
             numbers[str(name)] = float(text or "")
         except (TypeError, ValueError):  # None is the column, or the value, of a line that is too long or too short
             require(False, f"line {line}", f"must have a number for each column, {name} too", text)
-    for name in ("steps", "mean_return"):
-        require(name in numbers, f"line {line}", f"must have the column {name}", list(numbers))
     require(numbers["steps"].is_integer(), f"line {line}", "must have a whole number of steps", numbers["steps"])
     return numbers
 

@@ -19,6 +19,9 @@ HIGHER_IS_BETTER = frozenset({"success", "return", "bound_kept", "bound_margin"}
 SHARES = frozenset({"success", "bound_kept"})
 """Metrics that are 0 or 1: their mean is a share of the episodes."""
 
+PARTIAL = frozenset({"peak_after_fault", "recovery_time"})
+"""Metrics that are defined for some episodes of a task and not for others: a count belongs beside them."""
+
 UNITS: dict[str, str] = {
     "success": "share",
     "settling_time": "s",
@@ -212,6 +215,16 @@ def summarize(metrics: Metrics) -> dict[str, float]:
         known = values[~np.isnan(values)]
         middle = np.mean if name in SHARES else np.median
         summary[name] = float(middle(known)) if known.size else float("nan")
+    return summary
+
+
+def counted(metrics: Metrics) -> dict[str, float]:
+    """Return :func:`summarize` with counts: ``episodes``, and ``NAME_defined`` after each partial metric."""
+    summary: dict[str, float] = {"episodes": float(len(metrics["return"]))}
+    for name, value in summarize(metrics).items():
+        summary[name] = value
+        if name in PARTIAL:
+            summary[f"{name}_defined"] = float((~np.isnan(metrics[name])).sum())
     return summary
 
 

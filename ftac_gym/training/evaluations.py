@@ -11,7 +11,7 @@ from typing import Any
 
 from ftac_gym.agents.shipped import EVALUATIONS_FILE, evaluations
 from ftac_gym.agents.storage import CARD_FILE, read_card
-from ftac_gym.utils.files import reading, write_text
+from ftac_gym.utils.files import reading, replacing, write_text
 from ftac_gym.utils.parameters import require
 
 AGENT = "agent"
@@ -98,8 +98,11 @@ def _evaluation_of(agent: Path) -> dict[str, float]:
 
 def _drop_torn_line(path: Path) -> None:
     """Leave out a last line that was written in part."""
-    if path.exists():
+    if not path.exists():
+        return
+    with reading(path, "restore it, or remove it to go on without the earlier rows"):
         whole, newline, torn = path.read_bytes().rpartition(b"\n")
-        if torn:
-            print(f"{path}: the last line is torn and left out: {torn[:40]!r}")  # noqa: T201
-            write_text(path, (whole + newline).decode())
+    if torn and newline:
+        print(f"{path}: the last line is torn and left out: {torn[:40]!r}")  # noqa: T201
+        with replacing(path) as file:
+            file.write(whole + newline)

@@ -10,7 +10,7 @@ from ftac_gym import scenarios
 from ftac_gym.attitude import quaternion_from_mrp, quaternion_product
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.evaluation import episode_metrics, rollout, summarize
-from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, UNITS, Rollout
+from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, PARTIAL, UNITS, Rollout, counted
 from ftac_gym.faults import Bias, FaultSchedule
 from ftac_gym.task.initial_state import InitialState
 from ftac_gym.task.prescribed_bound import PrescribedBound
@@ -262,3 +262,15 @@ def test_summary():
     summary = summarize({"success": np.array([1.0, 0.0, 0.0, 1.0]), "energy": np.array([1.0, np.nan, 100.0, 2.0])})
     assert summary == {"success": 0.5, "energy": 2.0}
     assert np.isnan(summarize({"recovery_time": np.array([np.nan])})["recovery_time"])
+
+
+def test_a_summary_counts_the_episodes_of_metrics_that_not_all_define():
+    scenario = FLAGSHIP.replace(duration=30.0, initial_state=InitialState(angle=(0.0, 0.05), max_rate=0.0))
+    metrics = rollout(scenario, "pd_dob", scenario.draw(3, 12)).metrics()
+    counts = {name: int((~np.isnan(values)).sum()) for name, values in metrics.items()}
+    # Any other metric is defined for all episodes of a task, or for none.
+    assert {name for name, count in counts.items() if 0 < count < 12} == PARTIAL
+    summary = counted(metrics)
+    assert summary["episodes"] == 12
+    assert summary.items() >= {name: value for name, value in summarize(metrics).items() if counts[name]}.items()
+    assert {name: summary[f"{name}_defined"] for name in PARTIAL} == {name: counts[name] for name in PARTIAL}

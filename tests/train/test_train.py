@@ -79,7 +79,11 @@ def test_evaluations_along_the_way(whole):
     with (whole / "evaluations.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [int(row["steps"]) for row in rows] == [1024, 2048]
-    assert set(rows[0]) >= {"steps", *UNITS}
+    counts = {"episodes", "peak_after_fault_defined", "recovery_time_defined"}
+    assert set(rows[0]) == {"steps", "mean_return", *UNITS, *counts}
+    assert float(rows[0]["episodes"]) <= 2 and float(rows[0]["recovery_time_defined"]) <= 2
+    kept = json.loads((whole / "agent" / "card.json").read_text())
+    assert kept["evaluation"].keys() >= counts
     # The weights of the reward are those of the training.
     task = scenarios.get("flagship").replace(reward=RewardWeights(on_target=1.0))
     metrics = rollout(task, str(whole / "checkpoints" / "0000001024"), seed=900_000, count=2).metrics()

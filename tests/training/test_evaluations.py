@@ -107,7 +107,16 @@ def test_a_number_that_is_cut_off_is_no_number(killed):
         (b"steps,mean_return\n10,x\n20,3\n", "line 2 must have a number for each column, mean_return too"),
         (b"steps,mean_return\n10,1.0\n20\n30,2.0\n", "line 3 must have a number for each column, mean_return too"),
         (b"steps,mean_return\n10,1.0,7\n", "line 2 must have a number for each column, None too"),
-        (b"steps,return\n10,1.0\n", "line 2 must have the column mean_return"),
+        (b"steps,return\n10,1.0\n", "line 1 must have the column mean_return once"),
+        (b"steps,mean_return,steps\n10,1.0,9\n", "line 1 must have the column steps once"),
+        (b'{"hello": "all"}\n', "line 1 must have the column steps"),
+        (b"[1, 2, 3]\n", "line 1 must have the column steps"),
+        (b"42\n", "line 1 must have the column steps"),
+        (b"\n", "line 1 must have the column steps"),
+        (b"", "the last line must be whole"),
+        (b"no table", "the last line must be whole"),
+        (b"\x89PNG\r\n\x1a\n\xf6\n\xf6", "can't decode"),
+        (b"steps,mean_return\n10," + b"1" * 200_000 + b"\n", "field larger than field limit"),
         (b"steps,mean_return\n\xff\xfe\n", "can't decode"),
         (b"steps,mean_return\ninf,1.0\n", "line 2 must have a whole number of steps"),
     ],
@@ -117,6 +126,16 @@ def test_a_garbled_table_is_refused_in_a_line(text, message, killed):
     with pytest.raises(ValueError, match=rf"evaluations\.csv cannot be read: .*{message}.*; remove") as caught:
         killed.start(20)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("kind", ["dangling link", "folder"])
+def test_what_is_no_file_is_not_replaced(kind, killed):
+    table = killed.folder / "evaluations.csv"
+    table.unlink()
+    table.mkdir() if kind == "folder" else table.symlink_to("missing.csv")
+    with pytest.raises(ValueError, match=r"evaluations\.csv cannot be read: .*; re") as caught:
+        killed.start(20)
+    assert "\n" not in str(caught.value) and (table.is_dir() or table.is_symlink())
 
 
 def test_a_first_agent_without_feasible_episodes_is_saved(tmp_path, template):
@@ -137,6 +156,16 @@ def test_columns_of_an_earlier_version(killed):
     killed.start(20)
     killed.evaluate(at_40=7.0)
     assert killed.rows == {10: 5.0, 20: 6.0, 30: 9.0, 40: 7.0}
+
+
+def test_columns_that_an_earlier_version_lacks(killed):
+    """Rows of before have no number there, and none moves to another column."""
+    killed.start(20)
+    killed.table.add(40, {"mean_return": 1.0, "episodes": 5.0, "success": 0.5}, lambda _: None)
+    with (killed.folder / "evaluations.csv").open(newline="") as file:
+        rows = {int(row["steps"]): row for row in csv.DictReader(file)}
+    assert rows[40] == {"steps": "40", "mean_return": "1.0", "episodes": "5.0", "success": "0.5"}
+    assert rows[10] == {"steps": "10", "mean_return": "5.0", "episodes": "nan", "success": "0.5"}
 
 
 @pytest.mark.parametrize("value", ["[]", '{"mean_return": "9"}', "{}"])
