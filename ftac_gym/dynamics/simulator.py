@@ -19,7 +19,7 @@ from ftac_gym.faults.table import LONGEST_DELAY
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.fitting import fitted
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.reach import LARGEST_TURN
+from ftac_gym.task.reach import fastest_rate
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.task.vibration import modal_energy, vibration_torque
 from ftac_gym.utils.parameters import FloatArray, is_whole, real_numbers, require
@@ -63,7 +63,7 @@ class Simulator:
         uncertainty = scenario.inertia_uncertainty
         self._rate_torque = uncertainty is not None and uncertainty.rate_torque
         self._step, self._substeps = scenario.physics_step, scenario.substeps
-        self._largest_rate = LARGEST_TURN / scenario.physics_step
+        self._largest_rate = fastest_rate(scenario)
 
         count = self.num_spacecraft
         self.state = State.at_rest(count, wheels.count, scenario.spacecraft.modes)

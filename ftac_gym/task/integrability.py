@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -136,12 +137,15 @@ def _check_frequencies(scenario: Scenario) -> None:
 def _check_body(scenario: Scenario) -> None:
     """Check that the largest uncertainties leave a body, and modes that the step resolves.
 
-    With a random inertia the extremes are rare or no longer exact: what is drawn is then checked when it is drawn.
+    Modes are checked with the nominal inertia where it is random: the extremes are rare, and what is drawn is checked
+    when it is drawn.
     """
-    uncertainty = scenario.inertia_uncertainty or InertiaUncertainty()
-    inertia = exact_inertia(scenario.spacecraft.inertia_matrix, 1)
+    uncertainty, nominal = scenario.inertia_uncertainty or InertiaUncertainty(), scenario.spacecraft.inertia_matrix
+    extremes = np.array(list(product((0.0, 1.0), repeat=uncertainty.uniform_count)))
+    uncertainty.draw(nominal, extremes)
+    inertia = exact_inertia(nominal, 1)
     if uncertainty.relative == 0.0:
-        inertia = uncertainty.draw(scenario.spacecraft.inertia_matrix, np.full((1, uncertainty.uniform_count), 0.5))
+        inertia = uncertainty.draw(nominal, np.full((1, uncertainty.uniform_count), 0.5))
     if (appendages := scenario.spacecraft.appendages) is not None:
         modes = (scenario.appendage_uncertainty or AppendageUncertainty()).extreme(appendages)
         check_modes(modes, inertia, scenario.physics_step)

@@ -48,18 +48,48 @@ def check_reach(scenario: Scenario, commanded: bool = False) -> None:
         If the start is too fast, or the rate can become too high for the step.
     """
     step, initial = scenario.physics_step, scenario.initial_state
-    fastest = LARGEST_TURN / step
+    ratio = gyroscopic_ratio(scenario)
+    fastest = fastest_rate(scenario)
     name = "max_rate" if initial.rate is None else "rate"
-    rule = f"must be at most {fastest:.4g} rad/s, {LARGEST_TURN:g} rad in a physics_step of {step:g} s"
+    nutation = f", and the body nutates {ratio:.4g} times as fast" if ratio > 1.001 else ""
+    rule = f"must be at most {fastest:.4g} rad/s, {LARGEST_TURN:g} rad in a physics_step of {step:g} s{nutation}"
     require(initial.largest_rate <= fastest, f"initial_state.{name}", rule, initial.largest_rate)
     shares = _shares(scenario, commanded)
     rate = sum(shares.values())
     parts = ", ".join(f"{name} {share:.3g}" for name, share in shares.items() if share > 0.0)
     rule = "must not make the rate diverge (a torque that grows with the rate)"
     require(rate < math.inf, "disturbance.rate_offset", rule, getattr(scenario.disturbance, "rate_offset", None))
-    longest = LARGEST_TURN / rate if rate > 0.0 else math.inf
+    longest = LARGEST_TURN / ratio / rate if rate > 0.0 else math.inf
     rule = f"must be at most {longest:.3g} s, or tumble_rate or momentum limits be lower: the rate could reach"
-    require(rate <= fastest, "physics_step", f"{rule} {rate:.4g} rad/s ({parts})", step)
+    require(rate <= fastest, "physics_step", f"{rule} {rate:.4g} rad/s ({parts}){nutation}", step)
+
+
+def fastest_rate(scenario: Scenario) -> float:
+    """Return the largest rate of the body that the physics step integrates [rad/s]."""
+    return LARGEST_TURN / scenario.physics_step / gyroscopic_ratio(scenario)
+
+
+def gyroscopic_ratio(scenario: Scenario) -> float:
+    """Return the fastest gyroscopic motion of the body over its rate; 1 unless no mass has such an inertia.
+
+    A random inertia counts with its mean.
+    """
+    uncertainty = scenario.inertia_uncertainty or InertiaUncertainty()
+    mean = scenario.spacecraft.inertia_matrix
+    if uncertainty.offset is not None:
+        mean = mean + np.array(uncertainty.offset)
+    swings = np.array(list(product((-1.0, 0.0, 1.0), repeat=3))) * uncertainty.amplitude
+    return max(1.0, float(moment_ratios(mean + swings[:, :, None] * np.eye(3)).max()))
+
+
+def moment_ratios(inertia: FloatArray) -> FloatArray:
+    """Return the largest ``|Ja - Jb| / Jc`` of principal moments (N,); at most 1 by the triangle inequality.
+
+    By Euler's equations no gyroscopic motion of a body is faster than this ratio times its rate.
+    """
+    moments = np.linalg.eigvalsh(inertia)
+    ratios: FloatArray = (moments[:, 2] - moments[:, 1]) / moments[:, 0]
+    return ratios
 
 
 def _shares(scenario: Scenario, commanded: bool) -> dict[str, float]:

@@ -42,6 +42,9 @@ from ftac_gym.utils.parameters import (
 )
 from ftac_gym.utils.serialization import LATER_PART, from_plain, parse_json, serializable, to_plain
 
+LARGEST_ERROR = 2.0
+"""Limit of the error of a wheel axis, the distance of opposite unit vectors."""
+
 
 @serializable
 @dataclass(frozen=True, kw_only=True)
@@ -83,8 +86,8 @@ class Scenario:
     appendage_uncertainty
         Difference of the true vibration modes from the nominal ones; None for none.
     misalignment
-        3 x m, in body axes: difference of the true wheel axes from the nominal ones; None for none. The feasibility
-        label leaves it out.
+        3 x m, in body axes: difference of the true wheel axes from the nominal ones, columns of length 2 at most;
+        None for none. The feasibility label leaves it out.
 
     Raises
     ------
@@ -130,6 +133,9 @@ class Scenario:
             self.initial_state.check(self.spacecraft.wheels.momentum_limits, self.spacecraft.modes)
         if self.misalignment is not None:
             error = matrix(self.misalignment, 3, self.spacecraft.wheels.count, "misalignment")
+            worst = float(np.linalg.norm(error, axis=0).max())
+            rule = f"must have columns of at most {LARGEST_ERROR:g}, the distance of opposite unit vectors"
+            require(worst <= LARGEST_ERROR, "misalignment", rule, worst)
             rank = int(np.linalg.matrix_rank(self.spacecraft.wheels.axis_matrix + error, tol=1e-3))
             nominal = int(np.linalg.matrix_rank(self.spacecraft.wheels.axis_matrix))
             require(rank == nominal, "misalignment", f"must leave axes that span {nominal} dimensions", rank)

@@ -120,6 +120,8 @@ BENDING = {
             r"inertia_uncertainty.frequency\[0\] must be at most 100 rad/s",
         ),
         ({"inertia_uncertainty": InertiaUncertainty(amplitude=(0.0, 30.0, 0.0))}, "inertia_uncertainty must keep"),
+        ({"inertia_uncertainty": InertiaUncertainty(0.3, amplitude=(8675.0, 0.0, 0.0))}, "inertia_uncertainty must"),
+        ({"misalignment": ((3.0, 0.0, 0.0, 0.0),) * 3}, "misalignment must have columns of at most 2, the distance"),
         ({"reference": MRPSinusoid((0.1,) * 3, (200.0,) * 3)}, r"reference.frequency\[0\] must be at most 100 rad/s"),
         ({"reference": RateProfile((60.0,) * 3, (1.0,) * 3)}, "reference must turn at 50 rad/s at most"),
         ({"reference": SetPoints(((1.0, 0.0, 0.0, 0.0),) * 2, (0.0, 1e13))}, r"reference.times\[1\] must be"),
