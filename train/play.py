@@ -135,9 +135,9 @@ def watch(config: Config, session: Session) -> None:
             session.run(1.0 / config.frames_per_second)
             window.tick(config.frames_per_second)
     finally:
+        window.close()
         if recording is not None:
             recording.close()
-        window.close()
 
 
 def main(config: Config) -> None:
