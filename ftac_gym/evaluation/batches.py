@@ -26,6 +26,9 @@ from ftac_gym.utils.parameters import require
 BATCH = 100
 """Number of episodes that are run side by side and stored together."""
 
+DIGEST = "digest"
+"""Entry of a stored result beside the arrays: their SHA-256."""
+
 BatchResult = dict[str, npt.NDArray[Any]]
 """Result of a batch: arrays (N,) by metric, and ``attitude_error`` (T + 1, N) [deg]."""
 
@@ -132,10 +135,12 @@ class Batch:
         count = len(self.episodes)
         types: dict[str, tuple[tuple[int, ...], str]] = dict.fromkeys(UNITS, ((count,), "float64"))
         types["attitude_error"] = ((self.scenario.horizon + 1, count), "float32")
+        digest = str(result.pop(DIGEST, "absent"))
         found = {name: (array.shape, array.dtype.name) for name, array in result.items()}
         for name in {**types, **found}:
             rule = f"must be {types.get(name, 'absent')}"
             require(types.get(name) == found.get(name), f"array {name}", rule, found.get(name))
+        require(digest == _digest(result), DIGEST, "must be that of the arrays", digest)
         return result
 
     def write(self, result: BatchResult) -> None:
@@ -143,7 +148,16 @@ class Batch:
         if self.path is None:
             return
         with replacing(self.path) as file:
-            np.savez_compressed(file, **result)  # type: ignore[arg-type]
+            np.savez_compressed(file, **result, **{DIGEST: np.array(_digest(result))})  # type: ignore[arg-type]
+
+
+def _digest(result: BatchResult) -> str:
+    """Return the SHA-256 of the arrays with their names and types."""
+    digest = hashlib.sha256()
+    for name, array in sorted(result.items()):
+        digest.update(f"{name} {array.dtype.str} {array.shape} ".encode())
+        digest.update(array.tobytes())
+    return digest.hexdigest()
 
 
 def batches(scenario: Scenario, policy: Policy, episodes: Episodes, folder: Path | None) -> list[Batch]:

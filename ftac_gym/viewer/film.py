@@ -71,8 +71,8 @@ class Film:
             if not gif:
                 # Its warnings, of which some depend on when ffmpeg ends, say less than the errors of the film.
                 logging.getLogger("imageio_ffmpeg").setLevel(logging.ERROR)
-                options: dict[str, Any] = {"codec": "libx264", "quality": 8, "macro_block_size": 2, "ffmpeg_log_level": "quiet"}
-                self._writer = get_writer(self._partial, fps=frames_per_second, **options)
+                options: dict[str, Any] = {"fps": frames_per_second, "codec": "libx264", "quality": 8}
+                self._writer = get_writer(self._partial, macro_block_size=2, ffmpeg_log_level="quiet", **options)
         except ImportError as error:
             text = 'a film needs the extra "render": pip install "ftac-gym[render]"'
             raise DependencyNotInstalled(text) from error

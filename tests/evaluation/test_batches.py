@@ -34,8 +34,11 @@ def saved(**arrays):
     return buffer.getvalue()
 
 
-def changed(content, change):
-    return saved(**{name: change(array) for name, array in np.load(io.BytesIO(content)).items()})
+def changed(content, change, *names):
+    """Change the arrays of these names, or all."""
+    arrays = np.load(io.BytesIO(content)).items()
+    chosen = names or [name for name, _ in arrays if name != "digest"]
+    return saved(**{name: change(array) if name in chosen else array for name, array in arrays})
 
 
 DAMAGES = {
@@ -46,6 +49,12 @@ DAMAGES = {
     "other arrays": lambda content: saved(success=np.zeros(2)),
     "fewer episodes": lambda content: changed(content, lambda array: array[..., :1]),
     "other numbers": lambda content: changed(content, lambda array: array.astype("f2")),
+    "one value": lambda content: changed(content, lambda array: array + 6.0, "success"),
+    "not finite": lambda content: changed(content, lambda array: array * np.nan, "return"),
+    "other digest": lambda content: changed(content, lambda array: np.array("0" * 64), "digest"),
+    "no digest": lambda content: saved(
+        **{name: array for name, array in np.load(io.BytesIO(content)).items() if name != "digest"}
+    ),
     "objects": lambda content: saved(success=np.array([print, print])),
     "text": lambda content: b"not found",
 }
