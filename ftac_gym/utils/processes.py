@@ -52,32 +52,47 @@ def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
         Number of processes.
     """
     before = active_children()
+
+    def end_workers() -> None:
+        for process in active_children():
+            if process not in before:
+                process.terminate()
+
     # Spawned, not forked: a fork copies locks that other threads may hold.
     with ProcessPoolExecutor(workers, get_context("spawn"), end_with_parent) as pool:
-        with _interrupts_waiting():
-            pool.submit(os.getpid)  # The first call starts the workers.
         try:
+            with _interrupts_waiting():
+                for _ in range(workers):  # A call starts a worker if none is idle.
+                    pool.submit(os.getpid)
             yield pool
         except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            for process in active_children():
-                if process not in before:
-                    process.terminate()
+            # By then the pool's thread has forgotten what is cancelled; it would complain of a worker that ends sooner.
+            timer = threading.Timer(_PATIENCE, end_workers)
+            timer.start()
+            pool.shutdown(cancel_futures=True)
+            timer.cancel()
             raise
 
 
 @contextmanager
 def _interrupts_waiting() -> Iterator[None]:
     """Let Ctrl-C wait for the end of the block, and never reach processes that are started in it."""
-    if not hasattr(signal, "pthread_sigmask"):  # Windows
+    main = threading.current_thread() is threading.main_thread()
+    if not main or not hasattr(signal, "pthread_sigmask"):  # Other threads get no interrupts; Windows has no masks.
         yield
         return
     resource_tracker.ensure_running()  # Its own start would let the signal through.
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    interrupts: list[int] = []
+    # The mask is for the processes; another thread of this one may still receive the signal.
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    handler = signal.signal(signal.SIGINT, lambda number, _: interrupts.append(number))
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        signal.signal(signal.SIGINT, handler)
+    if interrupts:
+        raise KeyboardInterrupt
 
 
 def run_script(script: Path, arguments: Sequence[str], log: Path) -> int | None:

@@ -78,8 +78,7 @@ def fly(folder, seconds):
 
 def main(config: Config) -> None:
     with worker_pool(2) as pool:
-        for job in [pool.submit(fly, config.folder, 60.0) for _ in range(8)]:
-            job.result()
+        list(pool.map(fly, [config.folder] * 50, [60.0] * 50))
 
 if __name__ == "__main__":
     run_program(main, Config, None)
