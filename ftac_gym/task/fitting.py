@@ -17,12 +17,13 @@ from ftac_gym.task.disturbances import DISTURBANCE, HARMONIC, Disturbance
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.inertia import INERTIA, InertiaUncertainty
 from ftac_gym.task.initial_state import initial_dtype
-from ftac_gym.task.reach import LARGEST_TURN
-from ftac_gym.task.references import REFERENCE, SET_POINT
+from ftac_gym.task.integrability import LARGEST_NUMBER
+from ftac_gym.task.reach import LARGEST_TURN, extreme_moments, fastest_rate, moment_ratios, push_time
+from ftac_gym.task.references import REFERENCE, SET_POINT, ReferenceKind
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.task.sensors import LARGEST_MISALIGNMENT, SENSOR
-from ftac_gym.task.vibration import MODE, check_modes
-from ftac_gym.utils.parameters import fields_named, require
+from ftac_gym.task.vibration import LARGEST_PHASE, MODE, check_modes
+from ftac_gym.utils.parameters import FloatArray, fields_named, require
 from ftac_gym.utils.tables import FLAG, NOT_NEGATIVE, UNIT_QUATERNION, Rule, check_fields, check_form, check_values
 
 
@@ -109,12 +110,15 @@ def _check_numbers(episodes: Episodes, scenario: Scenario) -> None:
     with fields_named("episodes."):
         check_values(episodes.index, NOT_NEGATIVE, "index")
         for name, rules in _RULES.items():
-            check_fields(getattr(episodes, name), rules, name)
+            table = getattr(episodes, name)
+            check_fields(table, rules, name)
+            for field in table.dtype.names or ():
+                check_values(table[field], _SIZE, f"{name}.{field}")
         same_kind: Rule = lambda values: values == kind, f"must be {kind[0]} for a {type(scenario.reference).__name__}"
         check_values(episodes.reference["kind"], same_kind, "reference.kind")
         inside: Rule = lambda values: np.abs(values) <= wheels.momentum_limits, "must stay within the momentum limits"
         check_values(episodes.initial["wheel_momentum"], inside, "initial.wheel_momentum")
-        fastest = LARGEST_TURN / scenario.physics_step
+        fastest = fastest_rate(scenario)
         slow: Rule = lambda values: np.linalg.norm(values, axis=-1) <= fastest, f"must be at most {fastest:.4g} rad/s"
         check_values(episodes.initial["rate"], slow, "initial.rate")
         varying = np.abs(episodes.inertia["amplitude"])[:, :, None] * np.eye(3)
@@ -123,6 +127,74 @@ def _check_numbers(episodes: Episodes, scenario: Scenario) -> None:
         check_values(least, definite, "inertia.constant")
         check_faults(episodes.drawn_faults, len(episodes), wheels.count)
         check_modes(episodes.modes, episodes.inertia, scenario.physics_step)
+        moments = extreme_moments(scenario)
+        _check_body(episodes, scenario, *moments)
+        _check_torque(episodes, scenario, *moments)
+        _check_frequencies(episodes, scenario)
+
+
+def _check_body(episodes: Episodes, scenario: Scenario, least: float, most: float) -> None:
+    """Check that each body nutates no faster than those of the scenario can, and the reference turns no faster."""
+    limit = max(1.0, most / least - 1.0) * (1.0 + 1e-6)
+    slow: Rule = lambda values: values <= limit, f"must have |Ja - Jb| / Jc of its principal moments within {limit:.4g}"
+    check_values(moment_ratios(episodes.inertia["constant"]), slow, "inertia.constant")
+    reference, fastest = episodes.reference, LARGEST_TURN / scenario.physics_step * (1.0 + 1e-9)
+    swing = np.abs(reference["amplitude"])
+    sinusoid = 4.0 * np.linalg.norm(swing * reference["frequency"], axis=1)
+    profile = np.linalg.norm(np.abs(reference["constant"]) + swing, axis=1)
+    rates = np.select([reference["kind"] == kind for kind in ReferenceKind], [0.0 * swing[:, 0], sinusoid, profile])
+    turning: Rule = lambda values: values <= fastest, f"must make a reference of at most {fastest:.4g} rad/s"
+    check_values(rates, turning, "reference.amplitude")
+
+
+def _check_torque(episodes: Episodes, scenario: Scenario, least: float, most: float) -> None:
+    """Check that the external torque is one of the scenario, or no more than what it takes to reach the fastest rate.
+
+    A torque that grows with the rate may double 1 rad/s at most.
+    """
+    source = scenario.disturbance
+    # A part of a series can be larger than the sum, about which the bound is.
+    own = 0.0 if source is None else 4.0 * source.largest_torque(most)
+    fastest, scaled = fastest_rate(scenario), episodes.disturbance["rate_scaled"] > 0.0
+    limit = np.maximum(own, np.where(scaled, min(fastest, 1.0), fastest) * least / push_time(scenario))
+    sizes = {
+        f"harmonics.{name}": np.linalg.norm(np.abs(episodes.harmonics[name]).sum(axis=1), axis=1)
+        for name in ("sine", "cosine")
+    }
+    sizes["disturbance.constant"] = np.linalg.norm(episodes.disturbance["constant"], axis=1)
+    for name, torque in sizes.items():
+        small: Rule = lambda values: values <= limit, f"must be at most {limit.min(initial=np.inf):.4g} N m"
+        check_values(torque, small, name)
+    offset = episodes.disturbance["rate_offset"]
+    torque = sum(sizes.values()) * scaled * offset
+    own *= getattr(source, "rate_offset", None) or 0.0
+    most_torque = max(3.0 * own, fastest * least / push_time(scenario))
+    slow: Rule = lambda values: values <= most_torque, f"times the torque must be at most {most_torque:.4g} N m"
+    check_values(torque, slow, "disturbance.rate_offset")
+
+
+def _check_frequencies(episodes: Episodes, scenario: Scenario) -> None:
+    """Check that the step resolves everything that oscillates by itself."""
+    highest = LARGEST_PHASE / scenario.physics_step * (1.0 + 1e-9)
+    harmonics = episodes.harmonics
+    waves: dict[str, tuple[FloatArray, FloatArray]] = {
+        "inertia": (episodes.inertia["amplitude"], episodes.inertia["frequency"]),
+        "harmonics": (
+            np.abs(harmonics["sine"]).sum(axis=-1) + np.abs(harmonics["cosine"]).sum(axis=-1),
+            harmonics["frequency"],
+        ),
+        "reference": (episodes.reference["amplitude"], episodes.reference["frequency"]),
+    }
+    resolved: Rule = lambda values: np.abs(values) <= highest, f"must be at most {highest:.4g} rad/s"
+    for name, (size, frequency) in waves.items():
+        check_values(np.where(size == 0.0, 0.0, frequency), resolved, f"{name}.frequency")
+
+
+_SIZE: Rule = (
+    lambda values: np.abs(values) <= 10.0 * LARGEST_NUMBER,
+    f"must be within {10.0 * LARGEST_NUMBER:g} of zero",
+)
+"""Rule of every number: what a scenario draws is a little larger than its own numbers."""
 
 
 _RULES: Mapping[str, Mapping[str, Rule]] = {

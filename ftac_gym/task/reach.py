@@ -64,6 +64,11 @@ def check_reach(scenario: Scenario, commanded: bool = False) -> None:
     require(rate <= fastest, "physics_step", f"{rule} {rate:.4g} rad/s ({parts}){nutation}", step)
 
 
+def push_time(scenario: Scenario) -> float:
+    """Return the duration of the push [s]."""
+    return min(scenario.duration, PUSH_PERIODS * scenario.control_period)
+
+
 def fastest_rate(scenario: Scenario) -> float:
     """Return the largest rate of the body that the physics step integrates [rad/s]."""
     return LARGEST_TURN / scenario.physics_step / gyroscopic_ratio(scenario)
@@ -95,7 +100,7 @@ def moment_ratios(inertia: FloatArray) -> FloatArray:
 def _shares(scenario: Scenario, commanded: bool) -> dict[str, float]:
     """Return what each part can add to the rate [rad/s]."""
     initial, wheels, disturbance = scenario.initial_state, scenario.spacecraft.wheels, scenario.disturbance
-    least, most = _moments(scenario)
+    least, most = extreme_moments(scenario)
     start = initial.largest_rate * math.sqrt(most / least) + _modal_momentum(scenario) / least
     at_start = np.minimum(initial.largest_momentum(wheels.count), wheels.momentum_limits)
     torque = _uncommanded(scenario) + (wheels.torque_limits if commanded else 0.0)
@@ -108,7 +113,7 @@ def _shares(scenario: Scenario, commanded: bool) -> dict[str, float]:
         # The stages of a step see the torque, however soon the momentum ends it.
         return _span(axes, np.maximum(impulse, torque * scenario.physics_step)) / least
 
-    time = min(scenario.duration, PUSH_PERIODS * scenario.control_period)
+    time = push_time(scenario)
     external = 0.0 if disturbance is None else disturbance.largest_torque(most) / least
     offset = getattr(disturbance, "rate_offset", None)
     steady = external if offset is None else external * offset
@@ -132,7 +137,7 @@ def _total(shares: dict[str, float]) -> float:
     return sum(shares.values())
 
 
-def _moments(scenario: Scenario) -> tuple[float, float]:
+def extreme_moments(scenario: Scenario) -> tuple[float, float]:
     """Return bounds on the principal moments of the true inertia, without that of the modes [kg m^2]."""
     uncertainty = scenario.inertia_uncertainty or InertiaUncertainty()
     nominal = scenario.spacecraft.inertia_matrix

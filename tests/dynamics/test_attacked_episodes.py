@@ -19,7 +19,7 @@ def episodes():
     return TASK.draw(7, COUNT)
 
 
-LINKED = {"kind": "onset", "onset": "recovery", "amplitude": "constant"}
+LINKED = {"kind": "onset", "onset": "recovery", "amplitude": "constant", "frequency": "amplitude"}
 """Fields whose rules depend on another field."""
 
 

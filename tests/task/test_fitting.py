@@ -126,3 +126,50 @@ def test_draws_of_a_kind_from_outside_are_checked(field, number, rule, monkeypat
 
     with pytest.raises(ValueError, match=rf"^Wild\.{field} must be {rule}"):
         TASK.replace(faults=FaultSchedule((Wild(wheel=0),))).draw(0, 2)
+
+
+def edited(name, table, field, place, number):
+    """An episode of a scenario with one number changed."""
+    scenario = scenarios.get(name)
+    drawn = scenario.draw(0, 1)
+    changed = getattr(drawn, table).copy()
+    changed[field][(0, *place)] = number
+    return scenario, dataclasses.replace(drawn, **{table: changed})
+
+
+@pytest.mark.parametrize(
+    ("name", "table", "field", "place", "numbers"),
+    [
+        ("flagship", "disturbance", "constant", (0,), (1e308, 1e8, 1e3, -1e3)),
+        ("flagship", "harmonics", "sine", (0, 1), (1e308, 1e6)),
+        ("flagship", "harmonics", "cosine", (0, 2), (-1e308, 1e6)),
+        ("flagship", "harmonics", "frequency", (0,), (1e308, 1e3)),
+        ("flagship", "inertia", "constant", (2, 2), (1e308, 1e6, 1e4)),
+        ("chen_2018", "disturbance", "rate_offset", (), (1e308, 2147483647.0)),
+        ("chen_2018", "disturbance", "constant", (0,), (1e308, 1e8, 1e3)),
+        ("flagship_tracking", "reference", "amplitude", (0,), (-1e308, 1e6)),
+        ("ma_2023_faulty", "reference", "amplitude", (0,), (-1e308, 1e6)),
+        ("ma_2023_faulty", "reference", "constant", (0,), (-1e308, 1e3)),
+        ("li_2023", "initial", "wheel_momentum", (0,), (1e308, 1e14)),
+        ("flagship", "sensors", "rate_noise", (), (1e308, 1e14)),
+    ],
+)
+def test_numbers_that_the_plant_cannot_integrate_are_refused(name, table, field, place, numbers):
+    for number in numbers:
+        scenario, attacked = edited(name, table, field, place, number)
+        with pytest.raises(ValueError, match=rf"^episodes\.{table}\.\w+ ") as caught:
+            fitted(attacked, scenario)
+        assert "must" in str(caught.value) and ", got " in str(caught.value)
+
+
+@pytest.mark.parametrize("name", scenarios.names())
+def test_every_scenario_flies_its_own_episodes(name):
+    scenario = scenarios.get(name)
+    drawn = scenario.draw(11, 50)
+    assert fitted(drawn, scenario) is drawn
+
+
+@pytest.mark.parametrize("number", [0.1, 1.0, -2.0])
+def test_a_larger_torque_that_the_plant_integrates_is_accepted(number):
+    scenario, pushed = edited("flagship", "disturbance", "constant", (0,), number)
+    assert fitted(pushed, scenario) is pushed
