@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from typing import Any, TypeGuard
 
 from ftac_gym.baselines import tuned
@@ -116,6 +117,11 @@ def names() -> list[str]:
     return sorted(ENTRIES)
 
 
+def known_names(name: str) -> str:
+    """Return text for messages about an unknown name: where all names are, and those nearest to it."""
+    return f"one of ftac_gym.baselines.names(), such as {', '.join(get_close_matches(name[:40], names(), 5, 0.0))}"
+
+
 def is_baseline(name: str) -> bool:
     """Tell whether a text is the name of a baseline or the path ``"module:Class"`` of a custom one."""
     return name in ENTRIES or is_path(name)
@@ -132,7 +138,7 @@ def _entry(name: BaselineLike) -> Entry:
         return Entry(name)
     if is_path(name):
         return Entry(imported(name))
-    rule = f'must be one of {names()}, or "module:Class" for a custom baseline'
+    rule = f'must be {known_names(name)}, or "module:Class" for a custom baseline'
     require(name in ENTRIES, "baseline", rule, name)
     return ENTRIES[name]
 

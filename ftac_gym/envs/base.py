@@ -14,7 +14,7 @@ from ftac_gym.faults import FaultDistribution
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import require
+from ftac_gym.utils.parameters import broken, require
 from ftac_gym.utils.serialization import to_plain
 
 
@@ -53,8 +53,9 @@ def requested_episodes(options: Mapping[str, Any] | None, names: tuple[str, ...]
     Raises
     ------
     ValueError
-        If an option is not one of the names, or the episodes are none.
+        If the options are no dict, an option is not one of the names, or the episodes are none.
     """
+    require(options is None or isinstance(options, Mapping), "reset options", "must be a dict or None", options)
     for name in options or {}:
         require(name in names, "reset option", f"must be one of {list(names)}", name)
     episodes = (options or {}).get("episodes")
@@ -117,7 +118,7 @@ class BatchEnvironment:
         """
         faults = self.batch.scenario.faults
         if not isinstance(faults, FaultDistribution):
-            raise ValueError(f"faults must be a FaultDistribution to have a severity, got {faults!r}")
+            raise broken("faults", "must be a FaultDistribution to have a severity", faults)
         self.batch.scenario = self.batch.scenario.replace(faults=dataclasses.replace(faults, severity=severity))
         self.batch.simulator.scenario = self.batch.scenario
         if self._spec is not None:

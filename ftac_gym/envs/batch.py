@@ -97,8 +97,7 @@ class SpacecraftBatch:
         if given.shape != self._limits.shape:
             raise ValueError(f"action must have shape {self._limits.shape}, got {given.shape}")
         fraction = real_numbers(given, "action").astype(np.float64, copy=False)
-        if not np.isfinite(fraction).all():
-            raise ValueError(f"action must be finite, got {fraction!r}")
+        require(bool(np.isfinite(fraction).all()), "action", "must be finite", fraction)
         simulator = self.simulator
         command = simulator.last_command
         np.minimum(fraction, 1.0, out=command)

@@ -13,6 +13,7 @@ from ftac_gym.envs.batch import SpacecraftBatch
 from ftac_gym.envs.rendering.display import RENDER_MODES
 from ftac_gym.envs.reward import TERMS, total
 from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import require
 
 Observation = npt.NDArray[np.float32]
 
@@ -125,14 +126,20 @@ class SpacecraftFTCEnv(BatchEnvironment, gym.Env[Observation, npt.NDArray[Any]])
         Returns
         -------
         Observation and info.
+
+        Raises
+        ------
+        ValueError
+            If the seed is a truth value, the options are no dict, or an option is unknown or unfit.
         """
+        require(not isinstance(seed, bool), "seed", "must be an integer or None", seed)
+        episodes = requested_episodes(options, ("episodes",))
         super().reset(seed=seed)
         if seed is not None or not self._seeded:
             # Without a seed Gymnasium draws one from the operating system's entropy.
             known = self.np_random_seed
             self.batch.seed(0, known if known is not None and known >= 0 else int(self.np_random.integers(2**63)))
             self._seeded = True
-        episodes = requested_episodes(options, ("episodes",))
         observation = np.empty((1, self.batch.observer.layout.size), dtype=np.float32)
         self.batch.reset(self.batch.indices, observation, episodes)
         self._show()

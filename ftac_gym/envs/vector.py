@@ -115,9 +115,9 @@ class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArra
         ValueError
             If the mask is not a boolean array (N,) with at least one True, or the seeds are not N.
         """
+        episodes = requested_episodes(options, ("reset_mask", "episodes"))
         mask = self._reset_mask(options)
         chosen = np.flatnonzero(mask)
-        episodes = requested_episodes(options, ("reset_mask", "episodes"))
         self._seed(seed, chosen)
         self.batch.reset(chosen, self._observation, episodes)
         self._ended[chosen] = False

@@ -11,6 +11,7 @@ from ftac_gym.evaluation.metrics import SHARES, Metrics
 from ftac_gym.evaluation.statistics import Estimate, Statistic, estimate, interquartile_mean, mean, paired_difference
 from ftac_gym.faults import label_of
 from ftac_gym.task.episodes import Episodes
+from ftac_gym.utils.parameters import require
 
 
 @dataclass(frozen=True)
@@ -76,8 +77,7 @@ def compare(evaluations: list[Evaluation], reference: str, chosen: npt.NDArray[n
         If the reference is not among the policies.
     """
     by_name = {evaluation.policy: evaluation.metrics for evaluation in evaluations}
-    if reference not in by_name:
-        raise ValueError(f"reference must be one of {sorted(by_name)}, got {reference!r}")
+    require(reference in by_name, "reference", f"must be one of {sorted(by_name)}", reference)
     base = by_name[reference]
     bounded, flexible = (not np.isnan(base[metric]).all() for metric in ("bound_kept", "modal_energy"))
     left_out = (*(() if bounded else _BOUND_METRICS), *(() if flexible else _VIBRATION_METRICS))

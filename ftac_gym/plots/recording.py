@@ -13,6 +13,7 @@ from ftac_gym import baselines
 from ftac_gym.baselines import Baseline, observers
 from ftac_gym.baselines.fault_source import FaultSource
 from ftac_gym.baselines.memory import Memory
+from ftac_gym.baselines.registry import known_names
 from ftac_gym.dynamics import Simulator
 from ftac_gym.evaluation.metrics import Rollout
 from ftac_gym.faults import FaultEffect, fault_effect
@@ -110,7 +111,7 @@ def _observer(
     if named or (isinstance(source, type) and issubclass(source, Baseline)):
         return baselines.make(source, scenario, count, gains, **changes)
     require(gains == "default", "gains", "must be 'default' unless source is a baseline of this package", gains)
-    rule = f"must be a Baseline class, a baseline ({', '.join(baselines.names())}) "
+    rule = f"must be a Baseline class, {known_names(str(source))} "
     rule += f"or an observer ({', '.join(observers.names())})"
     require(isinstance(source, str) and source in observers.names(), "source", rule, source)
     return FaultSource(scenario, Memory(count), source, changes)

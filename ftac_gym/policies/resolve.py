@@ -1,11 +1,13 @@
 """Resolution of policies: from names, paths, classes, models and functions."""
 
+import os
 from pathlib import Path
 from typing import Any
 
 from ftac_gym import baselines
 from ftac_gym.agents.agent import Agent
 from ftac_gym.agents.shipped import SHIPPED, best_agent, designs
+from ftac_gym.baselines.registry import known_names
 from ftac_gym.policies.policy import DeferredBaseline, DirectPolicy, Policy
 from ftac_gym.utils.parameters import require
 
@@ -42,8 +44,8 @@ def resolve(policy: Any, scenario: str = "flagship", gains: str = "default") -> 
     Raises
     ------
     ValueError
-        If a name is unknown, a baseline has no such gains, or the policy is of another kind. The message lists the
-        known names.
+        If a name is unknown, a baseline has no such gains, or the policy is of another kind. The message says where
+        the known names are.
     """
     if isinstance(policy, (str, Path)):
         folder = agent_path(policy, scenario)
@@ -78,7 +80,7 @@ def agent_path(name: str | Path, scenario: str = "flagship") -> Path | None:
     Raises
     ------
     ValueError
-        If the name is unknown; the message lists the known ones.
+        If the name is unknown; the message says where the known ones are.
     """
     text = str(name)
     shipped = designs()
@@ -89,7 +91,7 @@ def agent_path(name: str | Path, scenario: str = "flagship") -> Path | None:
         return SHIPPED / text
     if baselines.is_baseline(text.removesuffix(TUNED)):
         return None
-    rule = f"must be {AGENT!r}, a shipped agent ({', '.join(shipped)}), a baseline ({', '.join(baselines.names())}), "
+    rule = f"must be {AGENT!r}, a shipped agent ({', '.join(shipped)}), {known_names(text)}, "
     rule += "a baseline with tuned gains like 'nftsm tuned', a custom class as 'module:Class', or the path of an agent"
-    require(Path(text).exists(), "policy", rule, text)
+    require(os.path.exists(text), "policy", rule, text)
     return Path(text)

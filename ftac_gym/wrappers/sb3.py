@@ -69,6 +69,8 @@ class SB3VecEnv(VecEnv):
             If an option is another one, or there is not one dict or one episode for each spacecraft.
         """
         together = options is None or isinstance(options, Mapping)
+        listed = together or isinstance(options, (list, tuple))
+        require(listed, "options", "must be a dict, or a list with one for each spacecraft", options)
         parts: list[Any] = [options or {}] if together else list(options or [])
         require(together or len(parts) == self.num_envs, "options", f"must be {self.num_envs} dicts", len(parts))
         for part in parts:

@@ -55,7 +55,10 @@ def test_a_law_may_need_gains_and_says_itself_what_is_wrong():
             "baseline must name a class in helpers.custom_baseline that derives from Baseline",
         ),
         ("helpers.custom_baseline:NO_LAW", "baseline must name a class in helpers.custom_baseline"),
-        ("nobody", "baseline must be one of .*'pd', .*\"module:Class\" for a custom baseline, got 'nobody'"),
+        (
+            "nobody",
+            "baseline must be one of .*names.*, such as .*\"module:Class\" for a custom baseline, got 'nobody'",
+        ),
         (int, "baseline must be a name or a class that derives from Baseline"),
     ],
 )

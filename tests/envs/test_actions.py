@@ -25,3 +25,25 @@ def test_actions_that_are_no_real_numbers(wrap, action):
             env.step(given[..., : env.action_space.shape[-1]])
         for kind in (int, np.float16, np.float64):
             env.step(np.zeros(env.action_space.shape, dtype=kind))
+
+
+def test_messages_about_arrays_are_one_line():
+    env = gym.make_vec("SpacecraftFTC-v0", num_envs=40)
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match=r"^actions? must be finite, got ") as caught:
+        env.step(np.full((40, 4), np.nan))
+    assert "\n" not in str(caught.value) and len(str(caught.value)) <= 500
+
+
+@pytest.mark.parametrize("options", [[1], "x", 5, [{}]])
+def test_options_of_another_kind_are_refused_by_name(options):
+    for env in (gym.make("SpacecraftFTC-v0").unwrapped, gym.make_vec("SpacecraftFTC-v0", num_envs=2)):
+        with pytest.raises(ValueError, match=r"^reset options must be a dict or None, got "):
+            env.reset(seed=0, options=options)
+
+
+@pytest.mark.parametrize("seed", [True, False])
+def test_truth_values_are_no_seeds(seed):
+    for env in (gym.make("SpacecraftFTC-v0").unwrapped, gym.make_vec("SpacecraftFTC-v0", num_envs=2)):
+        with pytest.raises(ValueError, match=r"^seed must be an integer or .*, got (True|False)"):
+            env.reset(seed=seed)

@@ -131,7 +131,7 @@ def test_a_live_model_flies_with_its_normaliser(tmp_path):
 @pytest.mark.parametrize(
     ("policy", "message"),
     [
-        ("nobody", r"policy must be 'agent', a shipped agent \(flagship_direct, .*\), a baseline \(.*nftsm, .*nobody"),
+        ("nobody", r"policy must be 'agent', a shipped agent \(flagship_direct, .*\), one of .*names\(\), .*'nobody'"),
         ("nobody tuned", r"policy must be 'agent', .*got 'nobody tuned'"),
         ("chen_m2 tuned", "gains must be tuned first"),
         (3, r"policy must be a name, a path, .* or a function"),
@@ -143,3 +143,13 @@ def test_a_live_model_flies_with_its_normaliser(tmp_path):
 def test_what_is_refused(policy, message):
     with pytest.raises(ValueError, match=message):
         resolve(policy)
+
+
+@pytest.mark.parametrize("name", ["pd_dobb", "nobody", "x" * 5000])
+def test_an_unknown_name_is_one_short_message_that_says_where_all_names_are(name):
+    for use in (resolve, lambda text: baselines.make(text, SHORT)):
+        with pytest.raises(ValueError, match=r"ftac_gym\.baselines\.names\(\), such as ") as caught:
+            use(name)
+        assert len(str(caught.value)) <= 500
+    if name == "pd_dobb":
+        assert "such as pd_dob," in str(caught.value)

@@ -120,6 +120,8 @@ def test_options():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
+        (5, "options must be a dict, or a list with one for each spacecraft, got 5"),
+        ("x", "options must be a dict, or a list with one for each spacecraft, got 'x'"),
         ({"episode": 3}, r"reset option must be 'episodes': VecEnv.reset resets all, got 'episode'"),
         ([{}, {"reset_mask": np.ones(2, dtype=bool)}], "reset option must be 'episodes'.*, got 'reset_mask'"),
         ([{}], "options must be 2 dicts, got 1"),
