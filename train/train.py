@@ -43,7 +43,7 @@ from ftac_gym.evaluation.metrics import counted
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.training.algorithms import build, has_base
 from ftac_gym.training.callbacks import Schedule, TrainingCallback
-from ftac_gym.training.checkpoints import checkpoints, restore_checkpoint
+from ftac_gym.training.checkpoints import checkpoints, naming_divergence, restore_newest
 from ftac_gym.training.evaluations import AGENT, Evaluations
 from ftac_gym.training.hyperparameters import (
     Hyperparameters,
@@ -253,10 +253,11 @@ def train(config: Config) -> None:
                 folder, evaluations, evaluator(config, parameters), parameters.interface, schedule,
                 lambda steps: provenance(config, steps, seconds + time.monotonic() - begun),
             )  # fmt: skip
-            model.learn(
-                parameters.n_timesteps - steps, callback=CallbackList([callback, ProgressBarCallback()]),
-                reset_num_timesteps=False, tb_log_name=config.algo,
-            )  # fmt: skip
+            with exit_on(FloatingPointError, prefix=""), naming_divergence(model):
+                model.learn(
+                    parameters.n_timesteps - steps, callback=CallbackList([callback, ProgressBarCallback()]),
+                    reset_num_timesteps=False, tb_log_name=config.algo,
+                )  # fmt: skip
     with exit_on(ValueError, prefix=""):
         best = read_card(folder / AGENT)
     print(f"the best agent on the evaluation episodes, after {best['steps']} steps, is in {folder / AGENT}")
@@ -272,9 +273,9 @@ def start(config: Config) -> None:
 
 
 def restored(config: Config, model: BaseAlgorithm) -> float:
-    """Give a model the state of the last checkpoint, and return the seconds of training until then."""
+    """Give a model the state of the last whole checkpoint, and return the seconds of training until then."""
     with exit_on(ValueError, prefix="--resume: "):
-        card = restore_checkpoint(checkpoints(config.run_folder)[-1], model)
+        card = restore_newest(config.run_folder, model)
     model.set_random_seed(config.seed + model.num_timesteps)
     return float(card.get("training_seconds", 0.0))
 

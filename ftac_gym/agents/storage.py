@@ -132,8 +132,15 @@ def amend_card(folder: Path, provenance: Mapping[str, Any]) -> None:
     write_text(folder / CARD_FILE, _as_text({**read_card(folder), **provenance}))
 
 
-def read_card(folder: Path) -> dict[str, Any]:
+def read_card(folder: Path, remedy: str = _REMEDY) -> dict[str, Any]:
     """Return the card of an agent, whose entries have been checked.
+
+    Parameters
+    ----------
+    folder
+        Folder of the agent.
+    remedy
+        Advice to the user if a file is damaged, in the imperative.
 
     Raises
     ------
@@ -144,11 +151,11 @@ def read_card(folder: Path) -> dict[str, Any]:
     zipped = folder.is_file() or any(folder.glob("*.zip"))
     require(path.is_file() or not zipped, "agent", _OLDER, str(folder))
     require(path.is_file(), "agent", f"must be a folder with {CARD_FILE}", str(folder))
-    with reading(path, _REMEDY):
+    with reading(path, remedy):
         card = parse_json(path.read_bytes())
         require(isinstance(card, dict), "card", "must be an object", type(card).__name__)
     require("weights" in card or not (zipped or "normalized" in card), "agent", _OLDER, str(folder))
-    with reading(path, _REMEDY):
+    with reading(path, remedy):
         for name in (*_BEHAVIOUR, "digest"):
             require(name in card, name, "must be in the card", sorted(card))
         _check_provenance({name: card[name] for name in card if name not in (*_BEHAVIOUR, "digest")})
@@ -157,8 +164,13 @@ def read_card(folder: Path) -> dict[str, Any]:
     return card
 
 
-def read_agent(folder: Path) -> Stored:
+def read_agent(folder: Path, remedy: str = _REMEDY) -> Stored:
     """Read an agent. Nothing of it is executed, and no global state changes.
+
+    Parameters
+    ----------
+    folder, remedy
+        As for :func:`read_card`.
 
     Raises
     ------
@@ -171,8 +183,8 @@ def read_agent(folder: Path) -> Stored:
     from safetensors import SafetensorError
     from safetensors.numpy import load
 
-    card = read_card(folder)
-    with reading(folder / CARD_FILE, _REMEDY):
+    card = read_card(folder, remedy)
+    with reading(folder / CARD_FILE, remedy):
         interface = Interface(**card["interface"])
         written = card["weights"]
         rule = "must name file and sha256"
@@ -180,14 +192,14 @@ def read_agent(folder: Path) -> Stored:
         named = written["file"] == _weights_file(str(written["sha256"]))
         require(named, "weights", "must be in the file of their sha256", written["file"])
     path = folder / written["file"]
-    if not path.is_file() and read_card(folder) != card:
-        return read_agent(folder)  # it was replaced after its card was read
-    with reading(path, _REMEDY, SafetensorError):
+    if not path.is_file() and read_card(folder, remedy) != card:
+        return read_agent(folder, remedy)  # it was replaced after its card was read
+    with reading(path, remedy, SafetensorError):
         data = path.read_bytes()
         found = hashlib.sha256(data).hexdigest()
         require(found == written["sha256"], "SHA-256", "must be that of the card", found)
         arrays = load(data)
-    with reading(folder / CARD_FILE, _REMEDY, RuntimeError, AssertionError, MemoryError, ArithmeticError):
+    with reading(folder / CARD_FILE, remedy, RuntimeError, AssertionError, MemoryError, ArithmeticError):
         normalizer = _normalizer_of(card["normalizer"], arrays)
         policy = network.build(card["network"], {name.removeprefix("network."): arrays[name] for name in arrays})
         size = policy.observation_space.shape

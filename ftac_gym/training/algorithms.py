@@ -131,6 +131,24 @@ def _set(layer: Any, value: float) -> None:
     layer.bias.fill_(value)
 
 
+def refill(model: BaseAlgorithm) -> int:
+    """Delay the learning of an off-policy model that has lost its replay buffer until its own flights have filled it.
+
+    Returns
+    -------
+    Decisions until then: what the buffer lacks to the ``learning_starts`` of the model; 0 before these have passed.
+    """
+    trained: Any = model
+    buffer = trained.replay_buffer
+    lacking: int = min(trained.learning_starts, buffer.buffer_size * buffer.n_envs) - buffer.size() * buffer.n_envs
+    if lacking <= 0 or model.num_timesteps < trained.learning_starts:
+        return 0
+    sample = trained._sample_action
+    trained.learning_starts = model.num_timesteps + lacking
+    trained._sample_action = lambda _, *others: sample(0, *others)  # The agent's own actions, not those of a start.
+    return lacking
+
+
 def let_actor_learn(model: BaseAlgorithm, learn: bool) -> None:
     """Freeze or free the actor of an on-policy model; the critic always learns.
 

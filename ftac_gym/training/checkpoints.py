@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
+import itertools
+import json
+import os
 import re
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +22,10 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from ftac_gym.agents.agent import Agent
 from ftac_gym.agents.interface import Interface
 from ftac_gym.agents.storage import read_agent, read_card
-from ftac_gym.utils.files import appearing, reading, replacing
+from ftac_gym.training.algorithms import refill
+from ftac_gym.utils.files import appearing, reading, replacing, write_text
 from ftac_gym.utils.parameters import require
+from ftac_gym.utils.serialization import parse_json
 
 TRAINING_FILE = "training.safetensors"
 """File in a checkpoint: counters, optimisers and statistics of returns."""
@@ -27,8 +34,13 @@ REPLAY_FILE = "replay_buffer.npz"
 """File in the newest checkpoint of an off-policy run: the filled part of the replay buffer."""
 
 _COUNTERS = ("num_timesteps", "_n_updates", "_episode_num")
-_REMEDY = "remove this checkpoint to resume from the one before, or start again in a new --run-folder"
-_REMEDY_REPLAY = "restore it from a copy, for only the newest checkpoint has one, or start again in a new --run-folder"
+CONTENT_FILE = "checkpoint.json"
+"""File in a checkpoint: SHA-256 of the files beside those of the agent, whose card has its own."""
+
+DAMAGED = ".damaged"
+"""Suffix of a checkpoint that a resumed run has passed over. It is never read."""
+
+_REMEDY = "restore it from a copy to use this checkpoint"
 
 
 def checkpoints(folder: Path) -> list[Path]:
@@ -49,6 +61,9 @@ def save_checkpoint(folder: Path, model: BaseAlgorithm, interface: Interface, pr
     interface, provenance
         Those of the agent.
     """
+    require(
+        is_finite(model), "model", "must have finite weights and statistics", f"others at {model.num_timesteps} steps"
+    )
     with appearing(folder / "checkpoints" / f"{model.num_timesteps:010d}") as partial:
         Agent.of(model, interface).save(partial, **provenance)
         with replacing(partial / TRAINING_FILE) as file:
@@ -57,28 +72,63 @@ def save_checkpoint(folder: Path, model: BaseAlgorithm, interface: Interface, pr
             with replacing(partial / REPLAY_FILE) as file:
                 filled: Any = {name: values[: buffer.size()] for name, values in _arrays(buffer)}
                 np.savez(file, pos=buffer.pos, **filled)
+        written = [path for name in (TRAINING_FILE, REPLAY_FILE) if (path := partial / name).exists()]
+        write_text(partial / CONTENT_FILE, json.dumps({path.name: _sha256(path) for path in written}, indent=2) + "\n")
     for older in checkpoints(folder)[:-1]:
         (older / REPLAY_FILE).unlink(missing_ok=True)
+
+
+def restore_newest(folder: Path, model: BaseAlgorithm) -> dict[str, Any]:
+    """Give the state of the newest whole checkpoint of a run to a model, as :func:`restore_checkpoint` does.
+
+    Newer ones, which are damaged or strays, are set aside under another name, each with a printed line.
+
+    Raises
+    ------
+    ValueError
+        If no checkpoint is whole; all stay as they are.
+    """
+    passed: list[tuple[Path, ValueError]] = []
+    for checkpoint in reversed(checkpoints(folder)):
+        try:
+            card = restore_checkpoint(checkpoint, model)
+        except ValueError as error:
+            passed.append((checkpoint, error))
+            continue
+        for path, reason in passed:
+            print(f"checkpoint {path.name} is passed over, and now {_set_aside(path).name}: {reason}")  # noqa: T201
+        return card
+    newest = f" The newest: {passed[0][1]}" if passed else ""
+    raise ValueError(f"no checkpoint of {folder} can be used; start again in a new --run-folder.{newest}")
 
 
 def restore_checkpoint(checkpoint: Path, model: BaseAlgorithm) -> dict[str, Any]:
     """Give the state of a checkpoint to a model as it was built for the run, and return the card of the agent.
 
-    Episodes and random numbers start anew.
+    Episodes and random numbers start anew. A replay buffer that is missing or damaged is replaced by an empty one, with
+    a printed line; the agent's own flights fill it before learning goes on.
 
     Raises
     ------
     ValueError
-        If a file is missing, damaged or of another design; the message is one line with file and remedy.
+        If another file is missing, damaged or of another design; the message is one line with file and remedy.
     """
+    stored, card = read_agent(checkpoint, _REMEDY), read_card(checkpoint, _REMEDY)
+    content = checkpoint / CONTENT_FILE
+    rule = f"must have {CONTENT_FILE}, which those of earlier versions lack; {_REMEDY}"
+    require(content.is_file(), "checkpoint", rule, str(checkpoint))
+    with reading(content, _REMEDY):
+        expected = parse_json(content.read_bytes())
+        known = isinstance(expected, dict) and TRAINING_FILE in expected
+        require(known, CONTENT_FILE, f"must have the SHA-256 of {TRAINING_FILE}", expected)
     path = checkpoint / TRAINING_FILE
-    rule = f"must have {TRAINING_FILE}, which those of earlier versions lack: start again in a new --run-folder"
-    require(path.is_file(), "checkpoint", rule, str(checkpoint))
-    stored = read_agent(checkpoint)
     with reading(path, _REMEDY, SafetensorError, RuntimeError):
+        _check_content(path, expected)
         state = load(path.read_bytes())
         for name, values in state.items():
             require(bool(torch.isfinite(values).all()), name, "must be finite", values)
+        steps = int(state["num_timesteps"])
+        require(steps == int(checkpoint.name), "num_timesteps", f"must be those of the name {checkpoint.name}", steps)
         model.policy.load_state_dict(stored.policy.state_dict())
         _restore_training(model, state)
         normalizer: Any = model.get_vec_normalize_env()
@@ -89,8 +139,61 @@ def restore_checkpoint(checkpoint: Path, model: BaseAlgorithm) -> dict[str, Any]
             statistics.mean, statistics.var = stored.normalizer.mean.copy(), stored.normalizer.variance.copy()
             statistics.count = stored.normalizer.count
     if (buffer := getattr(model, "replay_buffer", None)) is not None:
-        _restore_buffer(checkpoint / REPLAY_FILE, buffer)
-    return read_card(checkpoint)
+        remedy = "the replay buffer starts empty"
+        try:
+            with reading(checkpoint / REPLAY_FILE, remedy, zipfile.BadZipFile):
+                _check_content(checkpoint / REPLAY_FILE, expected)
+                _restore_buffer(checkpoint / REPLAY_FILE, buffer)
+        except ValueError as error:
+            buffer.reset()
+            print(error)  # noqa: T201
+        if lacking := refill(model):
+            print(f"learning starts after {lacking} more decisions, flown by the agent itself")  # noqa: T201
+    return card
+
+
+def is_finite(model: BaseAlgorithm) -> bool:
+    """Return whether all weights of a model, and all else that its training depends on, are finite."""
+    state = {**model.policy.state_dict(), **_training_state(model)}
+    return all(bool(torch.isfinite(values).all()) for values in state.values())
+
+
+@contextmanager
+def naming_divergence(model: BaseAlgorithm) -> Iterator[None]:
+    """Turn any error of a training whose weights are no longer finite into one line.
+
+    Raises
+    ------
+    FloatingPointError
+        In the place of the error.
+    """
+    try:
+        yield
+    except Exception as error:
+        if is_finite(model):
+            raise
+        remedy = "the best agent and the checkpoints before are whole; try a lower learning rate"
+        message = f"the training diverged: weights are not finite after {model.num_timesteps} steps; {remedy}"
+        raise FloatingPointError(message) from error
+
+
+def _sha256(path: Path) -> str:
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        while part := file.read(1 << 20):
+            digest.update(part)
+    return digest.hexdigest()
+
+
+def _check_content(path: Path, expected: Mapping[str, Any]) -> None:
+    found = _sha256(path)
+    require(found == expected.get(path.name), "SHA-256", f"must be that of {CONTENT_FILE}", found)
+
+
+def _set_aside(checkpoint: Path) -> Path:
+    """Give a checkpoint a name that is none of a checkpoint, and return its new path."""
+    names = (checkpoint.with_name(f"{checkpoint.name}{DAMAGED}{number or ''}") for number in itertools.count())
+    return checkpoint.rename(next(path for path in names if not os.path.lexists(path)))
 
 
 def _parts(model: BaseAlgorithm) -> tuple[dict[str, torch.optim.Optimizer], dict[str, torch.Tensor]]:
@@ -152,11 +255,7 @@ def _arrays(buffer: Any) -> list[tuple[str, np.ndarray]]:
 
 
 def _restore_buffer(path: Path, buffer: Any) -> None:
-    with (
-        reading(path, _REMEDY_REPLAY, zipfile.BadZipFile),
-        path.open("rb") as file,
-        np.load(file, allow_pickle=False) as stored,
-    ):
+    with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
         size = len(stored["rewards"])
         for name, into in _arrays(buffer):
             values = stored[name]

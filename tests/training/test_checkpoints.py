@@ -1,16 +1,22 @@
 """Checkpoints: a restored model is the one that was saved, and reading it executes nothing."""
 
-import shutil
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
-from helpers.tiny_models import RESIDUAL, model_of
+from helpers.tiny_models import NUM_ENVS, RESIDUAL, model_of
 
 from ftac_gym.agents.agent import Agent
 from ftac_gym.agents.interface import Interface
-from ftac_gym.training.checkpoints import checkpoints, restore_checkpoint, save_checkpoint
+from ftac_gym.training.checkpoints import (
+    checkpoints,
+    naming_divergence,
+    restore_checkpoint,
+    restore_newest,
+    save_checkpoint,
+)
 from ftac_gym.training.hyperparameters import ALGORITHMS
 
 INTERFACE = Interface(wrappers=RESIDUAL)
@@ -90,41 +96,107 @@ def test_a_full_buffer_goes_on_where_it_was_written_last(tmp_path):
     assert_same(model, other)
 
 
-def test_only_the_newest_checkpoint_has_the_buffer_and_all_fly(tmp_path):
-    model, _ = model_of("tqc", INTERFACE)
+@pytest.fixture
+def three(tmp_path):
+    """Return a model, and the folder of its run with checkpoints of 20, 40 and 60 steps."""
+    model, _ = model_of("sac", INTERFACE)
     for _ in range(3):
         model.learn(20, reset_num_timesteps=False)
         save_checkpoint(tmp_path, model, INTERFACE, {"steps": model.num_timesteps})
-    found = checkpoints(tmp_path)
+    return model, tmp_path
+
+
+def names_of(folder):
+    return sorted(path.name for path in (folder / "checkpoints").iterdir())
+
+
+def test_only_the_newest_checkpoint_has_the_buffer_and_all_fly(three):
+    found = checkpoints(three[1])
     assert [path.name for path in found] == ["0000000020", "0000000040", "0000000060"]
     assert [(path / "replay_buffer.npz").exists() for path in found] == [False, False, True]
     assert all(Agent.load(path).normalizer is not None for path in found)
-    with pytest.raises(ValueError, match=r"replay_buffer\.npz cannot be read: .*only the newest checkpoint has one"):
-        restore_checkpoint(found[1], model)
 
 
-def test_damaged_checkpoints_are_refused_in_a_line(tmp_path):
-    model, _ = model_of("sac", INTERFACE)
-    model.learn(60)
-    save_checkpoint(tmp_path / "run", model, INTERFACE, {})
-    (good,) = checkpoints(tmp_path / "run")
-    for name, file in enumerate(("training.safetensors", "replay_buffer.npz", "card.json")):
-        for keep in (0.0, 0.5, 0.99):
-            copy = tmp_path / f"{name}_{keep}"
-            shutil.copytree(good, copy)
-            whole = (good / file).read_bytes()
-            (copy / file).write_bytes(whole[: int(keep * len(whole))])
-            with pytest.raises(ValueError, match=rf"{file} cannot be read: .*; ") as caught:
-                restore_checkpoint(copy, model)
-            assert len(str(caught.value)) < 700 and "\n" not in str(caught.value)
+def flip(path):
+    """Change one bit in the middle of a file."""
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+
+
+@pytest.mark.parametrize("damage", [Path.unlink, flip, lambda path: path.write_bytes(path.read_bytes()[:-9])])
+@pytest.mark.parametrize("file", ["training.safetensors", "checkpoint.json", "card.json", "weights-*"])
+def test_a_damaged_checkpoint_is_passed_over_and_named(file, damage, three, capsys):
+    model, folder = three
+    newest = checkpoints(folder)[-1]
+    damage(next(newest.glob(file)))
+    (folder / "checkpoints" / "9999999999").mkdir()
+    assert restore_newest(folder, model)["steps"] == 40 == model.num_timesteps
+    buffer, delay, stray, passed = capsys.readouterr().out.splitlines()
+    assert stray.startswith("checkpoint 9999999999 is passed over, and now 9999999999.damaged: ")
+    assert passed.startswith("checkpoint 0000000060 is passed over, and now 0000000060.damaged: ")
+    assert len(passed) < 700 and "train the agent again" not in passed and "--run-folder" not in passed
+    assert names_of(folder) == ["0000000020", "0000000040", "0000000060.damaged", "9999999999.damaged"]
+    assert "replay_buffer.npz cannot be read" in buffer and delay.startswith("learning starts after 40 more decisions")
+    # The run makes a checkpoint of the same name once more.
+    model.learn(20, reset_num_timesteps=False)
+    save_checkpoint(folder, model, INTERFACE, {"steps": 60})
+    assert restore_newest(folder, model)["steps"] == 60
+
+
+def test_without_a_whole_checkpoint_all_stay_as_they_are(three):
+    model, folder = three
+    for path in checkpoints(folder):
+        (path / "training.safetensors").unlink()
+    with pytest.raises(ValueError, match=r"can be used; start again in a new --run-folder\. The newest: .*60.training"):
+        restore_newest(folder, model)
+    assert names_of(folder) == ["0000000020", "0000000040", "0000000060"]
+
+
+@pytest.mark.parametrize("damage", [Path.unlink, flip])
+def test_a_lost_buffer_is_filled_by_the_agent_itself_before_it_learns(damage, three, capsys, monkeypatch):
+    model, folder = three
+    damage(checkpoints(folder)[-1] / "replay_buffer.npz")
+    assert restore_newest(folder, model)["steps"] == 60 and model.replay_buffer.size() == 0
+    lost, delay = capsys.readouterr().out.splitlines()
+    assert "replay_buffer.npz cannot be read: " in lost and lost.endswith("; the replay buffer starts empty")
+    assert delay == "learning starts after 40 more decisions, flown by the agent itself"
+    flown, learnt = [], []
+    predict = model.predict
+    monkeypatch.setattr(model, "predict", lambda *args, **kwargs: flown.append(1) or predict(*args, **kwargs))
+    monkeypatch.setattr(model, "train", lambda *args, **kwargs: learnt.append(model.num_timesteps))
+    model.learn(60, reset_num_timesteps=False)
+    assert len(flown) == 60 // NUM_ENVS and min(learnt) == 60 + 40 + NUM_ENVS
+
+
+def test_a_buffer_of_another_size_is_named(three, capsys):
+    _, folder = three
     other, _ = model_of("sac", INTERFACE, buffer_size=20)
-    with pytest.raises(ValueError, match="observations must fit"):
-        restore_checkpoint(good, other)
-    (good / "training.safetensors").unlink()
-    with pytest.raises(
-        ValueError, match=r"checkpoint must have training\.safetensors, which those of earlier versions"
-    ):
-        restore_checkpoint(good, model)
+    restore_newest(folder, other)
+    assert "replay_buffer.npz cannot be read: observations must fit" in capsys.readouterr().out
+    assert other.replay_buffer.size() == 0
+
+
+def test_another_network_does_not_set_checkpoints_aside(three):
+    other, _ = model_of("tqc", INTERFACE)
+    with pytest.raises(ValueError, match=r"no checkpoint of .* can be used"):
+        restore_newest(three[1], other)
+    assert len(names_of(three[1])) == 3
+
+
+def test_a_diverged_model_is_no_checkpoint_and_one_line(three):
+    model, folder = three
+    with torch.no_grad():
+        model.log_ent_coef.fill_(float("nan"))
+    message = r"the training diverged: .* after 60 steps; .* lower"
+    with pytest.raises(FloatingPointError, match=message) as caught, naming_divergence(model):
+        save_checkpoint(folder, model, INTERFACE, {})
+    assert "\n" not in str(caught.value) and names_of(folder) == ["0000000020", "0000000040", "0000000060"]
+
+
+def test_another_error_of_a_training_is_as_it_was(three):
+    with pytest.raises(KeyError, match="another"), naming_divergence(three[0]):
+        raise KeyError("another")
 
 
 def test_what_is_no_checkpoint(tmp_path):

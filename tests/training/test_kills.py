@@ -16,7 +16,7 @@ from ftac_gym.agents.interface import Interface
 from ftac_gym.agents.shipped import evaluations
 from ftac_gym.agents.storage import read_card
 from ftac_gym.training.callbacks import Schedule, TrainingCallback
-from ftac_gym.training.checkpoints import checkpoints, restore_checkpoint
+from ftac_gym.training.checkpoints import checkpoints, restore_newest
 from ftac_gym.training.evaluations import Evaluations
 
 try:
@@ -41,8 +41,8 @@ def model():
 def run(folder, model, returns, end=END):
     """Do what a training does at its files: its actor's weights are its steps."""
     model.num_timesteps = 0
-    if done := checkpoints(folder):
-        restore_checkpoint(done[-1], model)
+    if checkpoints(folder):
+        restore_newest(folder, model)
     if model.num_timesteps == end:
         return
     callback = TrainingCallback(
