@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ftac_gym import baselines, wrappers
+from ftac_gym.agents.arguments import check_arguments
 from ftac_gym.baselines import observers
 from ftac_gym.envs.observation import TIERS
 from ftac_gym.utils.parameters import require
@@ -38,7 +39,7 @@ class Interface:
     Raises
     ------
     ValueError
-        If a wrapper is unknown, or a base is a class that cannot be imported.
+        If a wrapper or one of its arguments is unknown, a value is refused, or a base cannot be imported.
     """
 
     observation: str = "attitude"
@@ -54,6 +55,7 @@ class Interface:
             require(name in WRAPPERS, "wrappers", f"must be among {list(WRAPPERS)}", name)
             if "base" in arguments:
                 arguments["base"] = baselines.path_of(arguments["base"])
+            check_arguments(name, arguments, base_of(name, arguments))
         known = self.observation in TIERS
         require(known, "observation", f"must be one of {list(TIERS)}", self.observation)
         whole = isinstance(self.hold, int) and not isinstance(self.hold, bool)

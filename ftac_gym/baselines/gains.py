@@ -44,7 +44,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ftac_gym.baselines.rules import Check, words_of
-from ftac_gym.utils.parameters import FloatArray, require
+from ftac_gym.task.integrability import LARGEST_NUMBER
+from ftac_gym.utils.parameters import FloatArray, is_number, require
 
 
 @dataclass(frozen=True)
@@ -147,7 +148,7 @@ class Gains:
     Raises
     ------
     ValueError
-        If a value breaks the rule of its field.
+        If a value breaks the rule of its field, or is too large for a controller to compute with.
     """
 
     def __post_init__(self) -> None:
@@ -155,9 +156,28 @@ class Gains:
         for item in fields(self):
             if rule := item.metadata.get("rule"):
                 object.__setattr__(self, item.name, rule(getattr(self, item.name), item.name))
+            check_size(getattr(self, item.name), item.name)
         for name, of in shares_of(self).values():
             limit, value = getattr(self, of), getattr(self, name)
             require(value < limit, name, f"must be below {of} = {limit!r}", value)
+
+
+def check_size(value: Any, field: str) -> None:
+    """Check that numbers, in lists or alone, are as far from overflows as those of a scenario.
+
+    Raises
+    ------
+    ValueError
+        If one is larger than :data:`~ftac_gym.task.integrability.LARGEST_NUMBER`, or not finite.
+    """
+    if isinstance(value, Mapping):
+        for name, entry in value.items():
+            check_size(entry, f"{field}.{name}")
+    elif isinstance(value, (tuple, list)) or (isinstance(value, np.ndarray) and value.ndim > 0):
+        for index, entry in enumerate(value):
+            check_size(entry, f"{field}[{index}]")
+    elif is_number(value):
+        require(bool(abs(value) <= LARGEST_NUMBER), field, f"must be within {LARGEST_NUMBER:g} of zero", value)
 
 
 def changed(base: type[Gains], name: str, default: Any = ..., **metadata: Any) -> Any:

@@ -6,8 +6,19 @@ import numpy as np
 from gymnasium import spaces
 
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.utils.parameters import whole
+from ftac_gym.utils.parameters import require, whole
 from ftac_gym.wrappers.transform import BoolArray, Observation, Transform, wrapper
+
+LONGEST_HISTORY = 10_000
+"""Limit of the control periods that a history covers."""
+
+
+def check_length(steps: int, stride: int) -> tuple[int, int]:
+    """Return the numbers of a history; raise a ValueError if one is not a positive integer or the history too long."""
+    steps, stride = whole(steps, 1, "steps"), whole(stride, 1, "stride")
+    rule = f"times stride must not exceed {LONGEST_HISTORY}"
+    require(steps * stride <= LONGEST_HISTORY, "steps", rule, (steps, stride))
+    return steps, stride
 
 
 class History(Transform):
@@ -27,12 +38,13 @@ class History(Transform):
     Raises
     ------
     ValueError
-        If the environment is not of this package, or a number is not a positive integer.
+        If the environment is not of this package, a number is not a positive integer, or their product exceeds
+        :data:`LONGEST_HISTORY`.
     """
 
     def __init__(self, env: Any, steps: int = 4, stride: int = 1) -> None:
         super().__init__(env)
-        steps, stride = whole(steps, 1, "steps"), whole(stride, 1, "stride")
+        steps, stride = check_length(steps, stride)
         space = self.observation_space
         self._ages = stride * np.arange(steps)
         # A ring that turns once per control period for all spacecraft.

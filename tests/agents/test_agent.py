@@ -59,6 +59,26 @@ def test_wrappers_go_around_in_their_order():
     ("arguments", "message"),
     [
         ({"wrappers": [["TimeLimit", {}]]}, r"wrappers must be among \[.*'ResidualPolicy'\], got 'TimeLimit'"),
+        ({"wrappers": [["ObservationHistory", {"a": 1}]]}, "arguments must be among .*'steps', 'stride'.*, got 'a'"),
+        (
+            {"wrappers": [["ObservationHistory", {"steps": 1e9}]]},
+            "steps must be a whole number, 1 or more, got 1000",
+        ),
+        ({"wrappers": [["ObservationHistory", {"stride": 10**9}]]}, "steps times stride must not exceed 10000"),
+        ({"wrappers": [["ResidualPolicy", {"rate_gain": 1e308}]]}, "rate_gain must be within 1e.12 of zero, got 1e"),
+        ({"wrappers": [["ResidualPolicy", {"rate_gain": "2"}]]}, "rate_gain must be a number, got '2'"),
+        ({"wrappers": [["ResidualPolicy", {"authority": 3.0}]]}, "authority must be above 0 and at most 2, got 3.0"),
+        ({"wrappers": [["GainScheduling", {"base": "pd", "b": 1}]]}, "arguments must be among .*'ranges'.*, got 'b'"),
+        (
+            {"wrappers": [["GainScheduling", {"ranges": {"rate_gain": [1, 1e300]}}]]},
+            r"ranges.rate_gain\[1\] must be",
+        ),
+        ({"wrappers": [["FaultEstimateObservation", {"source": "asmo", "c": 1}]]}, "arguments must be among .*'c'"),
+        (
+            {"wrappers": [["FaultEstimateObservation", {"source": "dob", "bandwidth": 1e300}]]},
+            "bandwidth must be within",
+        ),
+        ({"wrappers": [["FaultEstimateObservation", {"source": print}]]}, "source must be a number, text, true"),
         ({"hold": 0}, "hold must be a positive integer, got 0"),
         ({"hold": 1.5}, "hold must be a positive integer, got 1.5"),
     ],

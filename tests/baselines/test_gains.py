@@ -105,6 +105,18 @@ def test_gains_are_checked_and_cannot_be_changed():
             Damper(TASK, **gains)
 
 
+@pytest.mark.parametrize(
+    ("name", "gains", "field"),
+    [
+        ("pd_dob", {"bandwidth": 1e300}, "bandwidth"),
+        ("nftsm_observer", {"observer": {"rate_gain": 2e12}}, r"rate_gain|observer\.rate_gain"),
+    ],
+)
+def test_gains_that_overflow_are_refused(name, gains, field):
+    with pytest.raises(ValueError, match=rf"({field}) must be within 1e\+12 of zero, got "):
+        baselines.make(name, scenarios.get("flagship"), **gains)
+
+
 def test_unknown_gains_are_refused_by_name():
     known = r"gains of StrongDamper must be among \['rate_gain', 'floor', 'kind'\], got "
     for name in ("beauty", "hidden"):

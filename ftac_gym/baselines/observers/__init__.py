@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ftac_gym.baselines.gains import SearchSpace
+from ftac_gym.baselines.gains import Gains, SearchSpace
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.observers.fuzzy_observer import FuzzyObserver
 from ftac_gym.baselines.observers.iterative_learning_observer import IterativeLearningObserver
@@ -75,6 +75,11 @@ def make(name: str, scenario: Scenario, memory: Memory, **gains: Any) -> FaultOb
         return observer(scenario, memory, **{**preset, **gains})
     except TypeError as error:
         raise ValueError(f"gains of {name}: {error}") from None
+
+
+def gains_of(name: str) -> Gains:
+    """Return the default gains of the class of a fault observer."""
+    return _found(name)[0].gains
 
 
 def information(name: str) -> str:
