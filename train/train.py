@@ -54,6 +54,7 @@ from ftac_gym.training.hyperparameters import (
 )
 from ftac_gym.utils.console import alone_in, command_line, commit, exit_on, run_program
 from ftac_gym.utils.files import reading, write_text
+from ftac_gym.utils.options import options_of
 from ftac_gym.utils.parameters import require
 from ftac_gym.utils.serialization import parse_json
 from ftac_gym.wrappers import SB3VecEnv
@@ -116,6 +117,21 @@ class Config:
     """Steps between checkpoints."""
     resume: bool = False
     """Continue from the last checkpoint in the run folder."""
+
+
+BOUNDS = {
+    "total_steps": (1, 10**12), "num_envs": (1, 10**6), "critic_warmup": (0, 10**12), "severity_steps": (0, 10**12),
+    "seed": (0, 2**31 - 1), "seeds": (1, 10**6), "torch_threads": (1, 1024), "evaluate_every": (1, 10**12),
+    "evaluation_episodes": (1, 10**9), "evaluation_seed": (0, 2**31 - 1), "checkpoint_every": (1, 10**12),
+}  # fmt: skip
+"""Least and largest value of whole numbers."""
+
+
+def check(config: Config) -> None:
+    """Raise a ValueError that names a number out of its bounds."""
+    for name, (least, most) in BOUNDS.items():
+        if (value := getattr(config, name)) is not None:
+            require(least <= value <= most, name, f"must be a whole number within {least} and {most}", value)
 
 
 def hyperparameters_of(config: Config) -> Hyperparameters:
@@ -204,9 +220,9 @@ def resumed(config: Config) -> Config:
     if not checkpoints(config.run_folder):
         raise SystemExit(NOTHING.format(config.run_folder))
     with exit_on(ValueError, prefix="--resume: "), reading(path, "restore it, or start again in a new --run-folder"):
-        written = parse_json(path.read_bytes())
-        data: dict[str, Any] = {name: tuple(item) if isinstance(item, list) else item for name, item in written.items()}
-        saved = Config(**{**data, "run_folder": config.run_folder, "resume": True})
+        saved = options_of(Config, parse_json(path.read_bytes()))
+        saved = dataclasses.replace(saved, run_folder=config.run_folder, resume=True)
+        check(saved)
     for item in dataclasses.fields(config):
         given, before = getattr(config, item.name), getattr(saved, item.name)
         if item.name not in ("run_folder", "resume", "total_steps", "seeds") and given not in (before, item.default):
@@ -219,6 +235,7 @@ def train(config: Config) -> None:
     """Train one agent, or the rest of it, alone in its folder."""
     if config.resume:
         config = resumed(config)
+    torch.set_num_threads(config.torch_threads)
     folder = config.run_folder
     arguments = "--wrappers or --hyperparameters: "
     with exit_on(ValueError, gym.error.Error), exit_on(TypeError, AssertionError, prefix=arguments):
@@ -282,9 +299,8 @@ def restored(config: Config, model: BaseAlgorithm) -> float:
 
 def main(config: Config) -> None:
     """Train all seeds, one after the other."""
-    if config.seeds < 1:
-        raise SystemExit(f"--seeds must be positive, got {config.seeds}")
-    torch.set_num_threads(config.torch_threads)
+    with exit_on(ValueError):
+        check(config)
     if config.seeds == 1:
         train(config)
         return

@@ -76,7 +76,9 @@ def test_several_seeds(tmp_path):
         ({"hyperparameters": ("n_steps",)}, r"--hyperparameters must be words NAME=VALUE, got 'n_steps'"),
         ({"hyperparameters": ("learning_rate=fast",)}, r"--learning_rate must be a number or lin_NUMBER, got 'fast'"),
         ({"hyperparameters": ("n_step=32",)}, r"--wrappers or --hyperparameters: .*n_step"),
-        ({"seeds": 0}, r"--seeds must be positive, got 0"),
+        ({"seeds": 0}, r"--seeds must be a whole number within 1 and 1000000, got 0"),
+        ({"torch_threads": 0}, r"--torch_threads must be a whole number within 1 and 1024, got 0"),
+        ({"seed": -1}, r"--seed must be a whole number within 0 and"),
         ({"hold": 0}, r"--hold must be a positive integer, got 0"),
         ({"scenario": "cao_2022"}, r"--scenario must have the observation space"),
         ({"evaluation_seed": 12_000}, r"--evaluation_seed must not be of the frozen test episodes"),
@@ -88,3 +90,39 @@ def test_train_refuses(arguments, message, tmp_path):
     with pytest.raises(SystemExit, match=message):
         train.main(train.Config(run_folder=tmp_path / "run", num_envs=2, **arguments))
     assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"hyperparameters": [1, 2]}, {"wrappers": [5]}, {"algo": "dqn"}, {"algo": None}, {"critic_warmup": "a"},
+        {"severity_steps": "x", "severity_start": 0.5}, {"evaluation_seed": "a"}, {"num_envs": "8"},
+        {"torch_threads": "1"}, {"torch_threads": 0}, {"evaluate_every": True}, {"seed": "0"}, {"total_steps": "x"},
+        {"total_steps": 0}, {"seed": 10**30}, {"env_id": None}, {"gone": 1},
+    ],
+    ids=str,
+)  # fmt: skip
+def test_settings_of_a_run_have_their_types(changed, tmp_path):
+    train = module_of("train")
+    (tmp_path / "checkpoints" / "0000000512").mkdir(parents=True)
+    (tmp_path / "config.json").write_text(json.dumps(changed))
+    with pytest.raises(SystemExit, match=r"^--resume: .*config\.json cannot be read: .*; restore it") as caught:
+        train.main(train.Config(run_folder=tmp_path, resume=True))
+    first = next(iter(changed))
+    assert f": {'settings' if first == 'gone' else first} must be" in str(caught.value)
+
+
+def test_a_resumed_run_has_its_threads(tmp_path, monkeypatch):
+    train = module_of("train")
+    (tmp_path / "checkpoints" / "0000000512").mkdir(parents=True)
+    (tmp_path / "config.json").write_text(json.dumps({"torch_threads": 7, "num_envs": 2}))
+    threads = []
+    monkeypatch.setattr(train.torch, "set_num_threads", threads.append)
+
+    def stop(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(train, "hyperparameters_of", stop)
+    with pytest.raises(KeyboardInterrupt):
+        train.main(train.Config(run_folder=tmp_path, resume=True))
+    assert threads == [7]
