@@ -121,7 +121,7 @@ def test_torques_of_the_modes_have_a_row(tmp_path):
     ("source", "options", "message"),
     [
         ("pd", {}, "source must have an observer of faults, got 'pd'"),
-        ("unknown", {}, "source must be a Baseline class, a baseline .* or an observer .*, got 'unknown'"),
+        ("unknown", {}, "source must be a Baseline class, one of .* or an observer .*, got 'unknown'"),
         ("asmo", {"gains": "tuned"}, "gains must be 'default' unless source is a baseline"),
         ("asmo", {"nonsense": 1.0}, "nonsense"),
     ],
