@@ -107,10 +107,9 @@ def _tune(
 
     def values(gains: list[dict[str, Any]], first: int) -> list[float]:
         """Return the mean returns of consecutive trials; fly those within the budget that are not in the journal."""
-        stored = study.trials[first : first + len(gains)]
-        same = [trial.gains for trial in stored] == gains[: len(stored)]
         rule = "must hold the gains that this version of cmaes and of the baseline asks for; tune in a new folder"
-        require(same, "folder", rule, str(folder))
+        require(study.expect(gains, first), "folder", rule, str(folder))
+        stored = study.trials[first : first + len(gains)]
         missing = gains[len(stored) : max(trials - first, 0)]
         recovered = [study.recover(item) for item in missing]
         unknown = [item for item, value in zip(missing, recovered, strict=True) if value is None]

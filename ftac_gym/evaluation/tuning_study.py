@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -13,7 +13,7 @@ from typing import Any
 
 from ftac_gym.evaluation.tuning_objective import FAILED, Search
 from ftac_gym.utils.files import damage
-from ftac_gym.utils.parameters import require
+from ftac_gym.utils.parameters import finite, require
 from ftac_gym.utils.serialization import parse_json
 
 JOURNAL = "trials.jsonl"
@@ -35,7 +35,8 @@ class Study:
     """Finished trials of a search in a folder, as JSON lines: the setting, then one line for each trial.
 
     A journal can be damaged: by a kill or a full disk within a line, by a power loss, by other programs. The first
-    damaged line and all that follows it are moved to another file, which a warning names.
+    damaged line and all that follows it are moved to another file, which a warning names. So are a line that stands at
+    a wrong place and what follows it.
 
     Parameters
     ----------
@@ -97,8 +98,36 @@ class Study:
         return max(self.trials, key=lambda trial: trial.mean_return, default=Trial({}, FAILED))
 
     def recover(self, gains: Mapping[str, Any]) -> float | None:
-        """Return the mean return of gains whose whole trial stood after a damaged line; None for others."""
+        """Return the mean return of gains whose whole trial stood after a damage; None for others."""
         return self._aside.get(_key(gains))
+
+    def expect(self, gains: Sequence[Mapping[str, Any]], first: int) -> bool:
+        """Compare the trials with the gains that the search asks for; tell whether they are of this search.
+
+        After a line that was lost, doubled or moved, it and what follows are set aside, for :meth:`recover`.
+
+        Parameters
+        ----------
+        gains
+            Gains of consecutive trials.
+        first
+            Number of the first of them.
+        """
+        pairs = enumerate(zip(gains, self.trials[first:], strict=False), first)
+        place = next((place for place, (item, trial) in pairs if trial.gains != item), None)
+        if place is None:
+            return True
+        wanted, before = [_key(item) for item in gains], {_key(trial.gains) for trial in self.trials[:place]}
+        moved = {_key(trial.gains): trial.mean_return for trial in self.trials[place:]}
+        # Another version asks for other gains altogether.
+        if not (before | moved.keys()).intersection(wanted) and _key(self.trials[place].gains) not in before:
+            return False
+        content = self._path.read_bytes()
+        self._size = sum(map(len, content.splitlines(keepends=True)[: 1 + place]))
+        self._aside = {**moved, **self._aside}
+        del self.trials[place:]
+        self._set_aside(content[self._size :], "its gains are not those that the search asks for here")
+        return True
 
     def add(self, trial: Trial) -> None:
         """Append a finished trial; after an error, for example of a full disk, the journal is as before.
@@ -152,7 +181,7 @@ def _trial(line: bytes) -> Trial:
     require(isinstance(gains, dict) and bool(gains), "gains", "must be an object with an entry for each gain", gains)
     number = value is None or (isinstance(value, (int, float)) and not isinstance(value, bool))
     require(number, "mean_return", "must be a number, or null for gains that could not be flown", value)
-    return Trial(gains, FAILED if value is None else float(value))
+    return Trial(gains, FAILED if value is None else finite(value, "mean_return"))
 
 
 def _known(line: bytes) -> tuple[str, float] | None:

@@ -50,10 +50,11 @@ def written(folder, content):
         (4, b"\0" * 4096),
         (4, b'{"gains": {"rate_gain": 4.0}, "mean_return": NaN}\n'),
         (4, b'{"gains": {"rate_gain": 4.0}, "mean_return": "-3"}\n'),
+        (4, b'{"gains": {"rate_gain": 4.0}, "mean_return": -%s}\n' % (b"7" * 400)),
         (4, b'{"gains": [4.0], "mean_return": -3.0}\n'),
         (4, b"[1]\n\xff\xfe\n"),
     ],
-    ids=["setting", "cut", "cut twice", "zeros", "not finite", "text", "list", "other lines"],
+    ids=["setting", "cut", "cut twice", "zeros", "not finite", "text", "digits", "list", "other lines"],
 )
 def test_a_torn_tail_is_named_and_set_aside(trials, tail, flown, undisturbed, tmp_path):
     result, lines = undisturbed
@@ -74,6 +75,25 @@ def test_whole_trials_after_a_damaged_line_survive_too(damage, flown, undisturbe
     with pytest.warns(UserWarning, match="line 4 is damaged"):
         assert tune(SEARCH, written(tmp_path, b"".join([*lines[:3], damage, *lines[4:]])), TRIALS) == result
     assert [judge(SEARCH, gains) for gains in flown] == [json.loads(lines[3])["mean_return"]]
+    assert (tmp_path / JOURNAL).read_bytes() == b"".join(lines)
+
+
+MOVES = {
+    "lost": lambda lines: lines[:4] + lines[5:],
+    "last of a generation lost": lambda lines: lines[: -SEARCH.population - 1] + lines[-SEARCH.population :],
+    "doubled": lambda lines: [*lines[:4], lines[3], *lines[4:]],
+    "first doubled": lambda lines: [*lines[:2], *lines[1:]],
+    "swapped": lambda lines: [*lines[:3], lines[4], lines[3], *lines[5:]],
+    "first swapped": lambda lines: [lines[0], lines[2], lines[1], *lines[3:]],
+}
+
+
+@pytest.mark.parametrize("move", MOVES, ids=str)
+def test_lines_at_wrong_places_are_used_at_the_right_ones(move, flown, undisturbed, tmp_path):
+    result, lines = undisturbed
+    with pytest.warns(UserWarning, match="its gains are not those that the search asks for here.*torn"):
+        assert tune(SEARCH, written(tmp_path, b"".join(MOVES[move](lines))), TRIALS) == result
+    assert len(flown) == ("lost" in move)
     assert (tmp_path / JOURNAL).read_bytes() == b"".join(lines)
 
 
