@@ -70,7 +70,7 @@ def check_scenario(env: Any, scenario: Scenario, num_spacecraft: int) -> None:
     ------
     ValueError
         If the environment has no measurement, another number of spacecraft, or another nominal spacecraft, control
-        period, motion of the reference or prescribed bound.
+        period, motion of the reference or prescribed bound; or if a wrapper changes what an action means.
     """
     source = source_of(env)
     # Stable-Baselines3's vector environments answer for the environments inside.
@@ -84,6 +84,22 @@ def check_scenario(env: Any, scenario: Scenario, num_spacecraft: int) -> None:
         periods = f" ({scenario.control_period:g} and {other.control_period:g} s)" if "control_period" in parts else ""
         if parts:
             raise ValueError(f"baseline {rule}, got {scenario.name!r} with another {', '.join(parts)}{periods}")
+    _check_actions(env, scenario.spacecraft.wheels.count)
+
+
+def _check_actions(env: Any, wheels: int) -> None:
+    """Refuse an environment whose actions are not commands to the wheels, as fractions of their limits."""
+    rule = "must take commands to the wheels: no wrapper between it and the baseline may change what an action means"
+    space = getattr(env, "single_action_space", getattr(env, "action_space", None))
+    if space is not None:
+        meant = space.shape == (wheels,) and bool((space.low == -1.0).all() and (space.high == 1.0).all())
+        require(meant, "env", rule, space)
+    layer = env
+    while layer is not None:
+        taken = getattr(getattr(layer, "__dict__", {}).get("transform"), "acts", False)
+        require(not taken, "env", rule, layer)
+        inside = getattr(layer, "__dict__", {})
+        layer = inside.get("env") or inside.get("venv") or next(iter(inside.get("envs", ())), None)
 
 
 def _parts(scenario: Scenario) -> dict[str, Any]:

@@ -5,13 +5,21 @@ import pickle
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.wrappers import MaxAndSkipObservation
+from gymnasium.wrappers import MaxAndSkipObservation, RescaleAction
 from helpers.custom_baseline import CustomBaseline
+from stable_baselines3.common.vec_env import DummyVecEnv
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.dynamics import Simulator
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
-from ftac_gym.wrappers import ActionHold, FaultEstimateObservation, ObservationHistory, ResidualPolicy, SB3VecEnv
+from ftac_gym.wrappers import (
+    ActionHold,
+    FaultEstimateObservation,
+    GainScheduling,
+    ObservationHistory,
+    ResidualPolicy,
+    SB3VecEnv,
+)
 
 TASK = scenarios.get("flagship").replace(duration=6.0)
 LATE = r"since the last call of \w+ must be its control period, 0\.1 s: .*, got 0\.4 s for spacecraft 0"
@@ -180,6 +188,26 @@ def test_an_environment_for_which_it_was_not_built(changes, message):
     with pytest.raises(ValueError, match=message) as error:
         baselines.make("pd", TASK).as_policy(env)
     assert len(str(error.value)) <= 500
+
+
+@pytest.mark.parametrize(
+    "wrap",
+    [
+        lambda: RescaleAction(single(), np.float32(-2.0), np.float32(2.0)),
+        lambda: RescaleAction(single(), np.float32(0.0), np.float32(1.0)),
+        lambda: ResidualPolicy(single()),
+        lambda: ObservationHistory(ResidualPolicy(single())),
+        lambda: GainScheduling(single()),
+        lambda: DummyVecEnv([lambda: ResidualPolicy(single())]),
+        lambda: ResidualPolicy(SpacecraftFTCVectorEnv(1, scenario=TASK)),
+        lambda: SB3VecEnv(ResidualPolicy(SpacecraftFTCVectorEnv(1, scenario=TASK, autoreset_mode="SameStep"))),
+    ],
+)
+def test_wrappers_that_change_what_an_action_means_are_refused(wrap):
+    with pytest.raises(ValueError, match=r"env must take commands to the wheels: .*, got ") as error:
+        baselines.make("pd", TASK).as_policy(wrap())
+    assert "\n" not in str(error.value) and len(str(error.value)) <= 500
+    baselines.make("pd", TASK).as_policy(RescaleAction(ObservationHistory(single()), *np.float32([-1.0, 1.0])))
 
 
 def test_what_no_baseline_is_built_from_may_differ():
