@@ -270,11 +270,16 @@ def train(config: Config) -> None:
                 folder, evaluations, evaluator(config, parameters), parameters.interface, schedule,
                 lambda steps: provenance(config, steps, seconds + time.monotonic() - begun),
             )  # fmt: skip
-            with exit_on(FloatingPointError, prefix=""), naming_divergence(model):
-                model.learn(
-                    parameters.n_timesteps - steps, callback=CallbackList([callback, ProgressBarCallback()]),
-                    reset_num_timesteps=False, tb_log_name=config.algo,
-                )  # fmt: skip
+            bar = ProgressBarCallback()
+            try:
+                with exit_on(FloatingPointError, prefix=""), naming_divergence(model):
+                    model.learn(
+                        parameters.n_timesteps - steps, callback=CallbackList([callback, bar]),
+                        reset_num_timesteps=False, tb_log_name=config.algo,
+                    )  # fmt: skip
+            finally:
+                if hasattr(bar, "pbar"):
+                    bar.pbar.close()  # It complains at the end of the process if an error has left it open.
     with exit_on(ValueError, prefix=""):
         best = read_card(folder / AGENT)
     print(f"the best agent on the evaluation episodes, after {best['steps']} steps, is in {folder / AGENT}")

@@ -34,6 +34,7 @@ REPLAY_FILE = "replay_buffer.npz"
 """File in the newest checkpoint of an off-policy run: the filled part of the replay buffer."""
 
 _COUNTERS = ("num_timesteps", "_n_updates", "_episode_num")
+
 CONTENT_FILE = "checkpoint.json"
 """File in a checkpoint: SHA-256 of the files beside those of the agent, whose card has its own."""
 
@@ -41,6 +42,9 @@ DAMAGED = ".damaged"
 """Suffix of a checkpoint that a resumed run has passed over. It is never read."""
 
 _REMEDY = "restore it from a copy to use this checkpoint"
+
+DIVERGED = 1e6
+"""Size of a weight that no training returns from: the sums of a layer then overflow soon."""
 
 
 def checkpoints(folder: Path) -> list[Path]:
@@ -160,7 +164,7 @@ def is_finite(model: BaseAlgorithm) -> bool:
 
 @contextmanager
 def naming_divergence(model: BaseAlgorithm) -> Iterator[None]:
-    """Turn any error of a training whose weights are no longer finite into one line.
+    """Turn any error of a training whose weights have diverged into one line.
 
     Raises
     ------
@@ -170,11 +174,12 @@ def naming_divergence(model: BaseAlgorithm) -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        if is_finite(model):
+        weights = [value.abs().max().item() for value in model.policy.state_dict().values() if value.numel()]
+        if is_finite(model) and max(weights) < DIVERGED:
             raise
         remedy = "the best agent and the checkpoints before are whole; try a lower learning rate"
-        message = f"the training diverged: weights are not finite after {model.num_timesteps} steps; {remedy}"
-        raise FloatingPointError(message) from error
+        weights_are = f"weights are not finite or beyond {DIVERGED:g} after {model.num_timesteps} steps"
+        raise FloatingPointError(f"the training diverged: {weights_are}; {remedy}") from error
 
 
 def _sha256(path: Path) -> str:

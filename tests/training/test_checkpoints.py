@@ -194,6 +194,13 @@ def test_a_diverged_model_is_no_checkpoint_and_one_line(three):
     assert "\n" not in str(caught.value) and names_of(folder) == ["0000000020", "0000000040", "0000000060"]
 
 
+def test_huge_weights_have_diverged_too(three):
+    with torch.no_grad():
+        next(three[0].policy.parameters()).fill_(-1e7)
+    with pytest.raises(FloatingPointError, match="the training diverged: "), naming_divergence(three[0]):
+        raise ValueError("Expected parameter loc to satisfy the constraint Real()")
+
+
 def test_another_error_of_a_training_is_as_it_was(three):
     with pytest.raises(KeyError, match="another"), naming_divergence(three[0]):
         raise KeyError("another")
