@@ -177,7 +177,8 @@ def check_size(value: Any, field: str) -> None:
         for index, entry in enumerate(value):
             check_size(entry, f"{field}[{index}]")
     elif is_number(value):
-        require(bool(abs(value) <= LARGEST_NUMBER), field, f"must be within {LARGEST_NUMBER:g} of zero", value)
+        require(bool(np.isfinite(value)), field, "must be finite", value)
+        require(abs(value) <= LARGEST_NUMBER, field, f"must be within {LARGEST_NUMBER:g} of zero", value)
 
 
 def changed(base: type[Gains], name: str, default: Any = ..., **metadata: Any) -> Any:

@@ -160,7 +160,9 @@ def test_resolution():
     policy = Constant(np.zeros(4))
     assert resolve(policy) is policy
     assert isinstance(resolve("pd"), DeferredBaseline)
-    with pytest.raises(ValueError, match=r"policy must be .* \(.*pd, .*\), .* or the path of an agent, got 'nobody'"):
+    with pytest.raises(
+        ValueError, match=r"policy must be .*baselines\.names\(\), .* or the path of an agent, got 'nobody'"
+    ):
         resolve("nobody")
     with pytest.raises(ValueError, match=r"baseline must be one of .*, got 'nobody'"):
         DeferredBaseline("nobody")

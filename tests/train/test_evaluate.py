@@ -82,7 +82,7 @@ def test_evaluate_with_a_seed_draws_other_episodes(tmp_path):
 @pytest.mark.parametrize(
     ("policies", "reference", "message"),
     [
-        (("pd", "nobody"), "pd", r"--policies: policy must be 'agent', .* baseline \(.*, got 'nobody'"),
+        (("pd", "nobody"), "pd", r"--policies: policy must be 'agent', .*baselines\.names\(\), .*, got 'nobody'"),
         (("pd", "pd_dob"), "agent", r"--reference: 'agent' is not among the policies \['pd', 'pd_dob'\]"),
     ],
 )
