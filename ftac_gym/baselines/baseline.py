@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import functools
 import inspect
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.baselines.clock import check_elapsed
+from ftac_gym.baselines.clock import timed
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gains import SearchSpace, schedule_of, with_schedule
 from ftac_gym.baselines.interface import as_action, check_scenario, measurement_of, source_of
@@ -71,7 +70,7 @@ class Baseline(Tunable, ABC):
         """Put the checks in front of a subclass's :meth:`act`."""
         super().__init_subclass__()
         if "act" in cls.__dict__:
-            cls.act = _checked(cls.__dict__["act"])  # type: ignore[assignment,method-assign]
+            cls.act = timed(cls.__dict__["act"])  # type: ignore[assignment,method-assign]
 
     def __init__(self, scenario: Scenario, num_spacecraft: int = 1, **gains: Any) -> None:
         super().__init__(**gains)
@@ -227,25 +226,6 @@ class Baseline(Tunable, ABC):
         policy = BaselinePolicy(self, env)
         warn_of_long_period(self)
         return policy
-
-
-Act = Callable[[Any, Measurement], FloatArray]
-
-
-def _checked(act: Act) -> Act:
-    """Return an ``act`` that checks the measurement first, and stores time and command."""
-
-    @functools.wraps(act)
-    def checked(self: Baseline, measurement: Measurement) -> FloatArray:
-        memory, time = self.memory, measurement.time
-        if time.shape != (self.num_spacecraft,):
-            raise ValueError(f"measurement must be of {self.num_spacecraft} spacecraft, got {len(measurement)}")
-        check_elapsed(type(self).__name__, time, memory["called_at"], self._period)
-        command = act(self, measurement)
-        memory["called_at"], memory["command"] = time, command
-        return command
-
-    return checked
 
 
 class BaselinePolicy:

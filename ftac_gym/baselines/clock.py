@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
+from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray
+
+if TYPE_CHECKING:
+    from ftac_gym.baselines.baseline import Baseline
+
+Act = Callable[[Any, Measurement], FloatArray]
 
 TOLERANCE = 1e-6
 """Of the time between two calls, as a share of the control period."""
@@ -37,3 +47,19 @@ def check_elapsed(name: str, time: FloatArray, last: FloatArray, period: float) 
             "steps between its calls (ActionHold, hold of SB3VecEnv, frame skips), and a new episode starts with a "
             f"reset, got {elapsed[spacecraft]:g} s for spacecraft {spacecraft}"
         )
+
+
+def timed(act: Act) -> Act:
+    """Return the ``act`` of a baseline that checks the measurement first, and stores time and command."""
+
+    @functools.wraps(act)
+    def checked(self: Baseline, measurement: Measurement) -> FloatArray:
+        memory, time = self.memory, measurement.time
+        if time.shape != (self.num_spacecraft,):
+            raise ValueError(f"measurement must be of {self.num_spacecraft} spacecraft, got {len(measurement)}")
+        check_elapsed(type(self).__name__, time, memory["called_at"], self.scenario.control_period)
+        command = act(self, measurement)
+        memory["called_at"], memory["command"] = time, command
+        return command
+
+    return checked

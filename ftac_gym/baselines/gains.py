@@ -44,8 +44,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ftac_gym.baselines.rules import Check, words_of
-from ftac_gym.task.integrability import LARGEST_NUMBER
-from ftac_gym.utils.parameters import FloatArray, is_number, require
+from ftac_gym.utils.parameters import FloatArray, require
+from ftac_gym.utils.sizes import check_size
 
 
 @dataclass(frozen=True)
@@ -160,25 +160,6 @@ class Gains:
         for name, of in shares_of(self).values():
             limit, value = getattr(self, of), getattr(self, name)
             require(value < limit, name, f"must be below {of} = {limit!r}", value)
-
-
-def check_size(value: Any, field: str) -> None:
-    """Check that numbers, in lists or alone, are as far from overflows as those of a scenario.
-
-    Raises
-    ------
-    ValueError
-        If one is larger than :data:`~ftac_gym.task.integrability.LARGEST_NUMBER`, or not finite.
-    """
-    if isinstance(value, Mapping):
-        for name, entry in value.items():
-            check_size(entry, f"{field}.{name}")
-    elif isinstance(value, (tuple, list)) or (isinstance(value, np.ndarray) and value.ndim > 0):
-        for index, entry in enumerate(value):
-            check_size(entry, f"{field}[{index}]")
-    elif is_number(value):
-        require(bool(np.isfinite(value)), field, "must be finite", value)
-        require(abs(value) <= LARGEST_NUMBER, field, f"must be within {LARGEST_NUMBER:g} of zero", value)
 
 
 def changed(base: type[Gains], name: str, default: Any = ..., **metadata: Any) -> Any:

@@ -17,13 +17,13 @@ from ftac_gym.task.disturbances import DISTURBANCE, HARMONIC, Disturbance
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.inertia import INERTIA, InertiaUncertainty
 from ftac_gym.task.initial_state import initial_dtype
-from ftac_gym.task.integrability import LARGEST_NUMBER
 from ftac_gym.task.reach import LARGEST_TURN, extreme_moments, fastest_rate, moment_ratios, push_time
 from ftac_gym.task.references import REFERENCE, SET_POINT, ReferenceKind
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.task.sensors import LARGEST_MISALIGNMENT, SENSOR
 from ftac_gym.task.vibration import LARGEST_PHASE, MODE, check_modes
 from ftac_gym.utils.parameters import FloatArray, fields_named, require
+from ftac_gym.utils.sizes import LARGEST_NUMBER
 from ftac_gym.utils.tables import FLAG, NOT_NEGATIVE, UNIT_QUATERNION, Rule, check_fields, check_form, check_values
 
 

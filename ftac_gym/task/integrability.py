@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Iterator
 from itertools import product
@@ -17,12 +16,10 @@ from ftac_gym.task.reach import LARGEST_TURN, check_reach
 from ftac_gym.task.references import MRPSinusoid, RateProfile
 from ftac_gym.task.vibration import LARGEST_PHASE, AppendageUncertainty, check_modes
 from ftac_gym.utils.parameters import FloatArray, Interval, largest, require
+from ftac_gym.utils.sizes import LARGEST_NUMBER, check_size
 
 if TYPE_CHECKING:
     from ftac_gym.task.scenario import Scenario
-
-LARGEST_NUMBER = 1e12
-"""Limit of every number of a scenario: products of ten of them stay within double precision."""
 
 SMALLEST_SCALE = 1e-15
 """Limit of numbers that others are divided by, for the same reason."""
@@ -45,7 +42,7 @@ def check_numbers(scenario: Scenario) -> None:
     ValueError
         If a number is too large, or a step is too short.
     """
-    _check_size(scenario, "")
+    check_size(scenario, "")
     for name in ("physics_step", "control_period"):
         value = getattr(scenario, name)
         require(value >= SHORTEST_STEP, name, f"must be at least {SHORTEST_STEP:g} s", value)
@@ -157,15 +154,3 @@ def _faults(scenario: Scenario) -> Iterator[tuple[str, Any]]:
         name = "kinds" if hasattr(scenario.faults, "kinds") else "faults"
         for index, fault in enumerate(scenario.faults.faults):
             yield f"faults.{name}[{index}]", fault
-
-
-def _check_size(part: Any, path: str) -> None:
-    """Check the numbers of a dataclass, a tuple or a number."""
-    if dataclasses.is_dataclass(part):
-        for item in dataclasses.fields(part):
-            _check_size(getattr(part, item.name), f"{path}.{item.name}" if path else item.name)
-    elif isinstance(part, (tuple, list)):
-        for index, entry in enumerate(part):
-            _check_size(entry, f"{path}[{index}]")
-    elif isinstance(part, (int, float)):
-        require(abs(part) <= LARGEST_NUMBER, path, f"must be within {LARGEST_NUMBER:g} of zero", part)

@@ -183,11 +183,8 @@ def naming_divergence(model: BaseAlgorithm) -> Iterator[None]:
 
 
 def _sha256(path: Path) -> str:
-    digest = hashlib.sha256()
     with path.open("rb") as file:
-        while part := file.read(1 << 20):
-            digest.update(part)
-    return digest.hexdigest()
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _check_content(path: Path, expected: Mapping[str, Any]) -> None:
