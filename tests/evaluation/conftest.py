@@ -1,10 +1,12 @@
-"""Entries of benchmarks."""
+"""Entries of benchmarks, and flights of tuning by a formula."""
 
 import pytest
 from helpers.short_benchmarks import BASELINES, FLAGSHIP
+from helpers.tuning_cases import judge
 from helpers.untrained_agents import write_agent, write_curve
 
 from ftac_gym.agents.interface import Interface
+from ftac_gym.evaluation import tuning
 from ftac_gym.evaluation.benchmark import entries_of
 
 
@@ -21,3 +23,11 @@ def agent(tmp_path_factory):
 @pytest.fixture(scope="session")
 def entries(agent):
     return entries_of([*BASELINES, agent], FLAGSHIP)
+
+
+@pytest.fixture
+def flown(monkeypatch):
+    """Replace flying by a formula; return the list of gains."""
+    calls = []
+    monkeypatch.setattr(tuning, "mean_return", lambda task, gains: calls.append(gains) or judge(task, gains))
+    return calls

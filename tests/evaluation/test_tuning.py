@@ -6,7 +6,7 @@ import math
 import os
 
 import pytest
-from helpers.tuning_cases import SEARCH, TINY, register
+from helpers.tuning_cases import SEARCH, TINY, judge, register
 
 from ftac_gym import baselines
 from ftac_gym.baselines import Range
@@ -24,19 +24,6 @@ WHOLE = 1 + 2 * SIZE
 def entries(monkeypatch):
     """Register the small baselines."""
     register(monkeypatch)
-
-
-def judge(task, gains):
-    """Return a mean return with its maximum, zero, at a rate gain of 6 and a braking share of 0.4."""
-    return -((gains["rate_gain"] - 6.0) ** 2) - 10.0 * (gains["braking_share"] - 0.4) ** 2
-
-
-@pytest.fixture
-def flown(monkeypatch):
-    """Replace flying by a formula; return the list of gains."""
-    calls = []
-    monkeypatch.setattr(tuning, "mean_return", lambda task, gains: calls.append(gains) or judge(task, gains))
-    return calls
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import errno
 import json
 
 import pytest
-from helpers.tuning_cases import SEARCH
+from helpers.tuning_cases import SEARCH, judge
 
 from ftac_gym.evaluation import tuning
 from ftac_gym.evaluation.tuning import JOURNAL, Study, Trial, tune
@@ -12,18 +12,6 @@ from ftac_gym.evaluation.tuning_objective import FAILED
 from ftac_gym.evaluation.tuning_study import TORN
 
 TRIALS = 1 + 2 * SEARCH.population
-
-
-def judge(search, gains):
-    return -((gains["rate_gain"] - 6.0) ** 2) - 10.0 * (gains["braking_share"] - 0.4) ** 2
-
-
-@pytest.fixture
-def flown(monkeypatch):
-    """Replace flying by a formula; return the list of gains."""
-    calls = []
-    monkeypatch.setattr(tuning, "mean_return", lambda search, gains: calls.append(gains) or judge(search, gains))
-    return calls
 
 
 @pytest.fixture(scope="module")
