@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from ftac_gym.utils.parameters import is_number, require
+from ftac_gym.utils.parameters import finite, is_number, require
 
 LARGEST_NUMBER = 1e12
 """Limit of every number of a scenario and of gains: products of ten of them stay within double precision."""
@@ -40,5 +39,4 @@ def check_size(value: Any, field: str) -> None:
         for index, entry in enumerate(value):
             check_size(entry, f"{field}[{index}]")
     elif is_number(value):
-        require(math.isfinite(value), field, "must be finite", value)
-        require(abs(value) <= LARGEST_NUMBER, field, f"must be within {LARGEST_NUMBER:g} of zero", value)
+        require(abs(finite(value, field)) <= LARGEST_NUMBER, field, f"must be within {LARGEST_NUMBER:g} of zero", value)

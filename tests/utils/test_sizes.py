@@ -27,7 +27,7 @@ def test_numbers_that_are_too_large_are_named_by_their_path(wrap, path):
         check_size(wrap(sign * LARGEST_NUMBER), "part")
         with pytest.raises(ValueError, match=rf"^{path} must be within 1e\+12 of zero, got"):
             check_size(wrap(sign * 1.1 * LARGEST_NUMBER), "part")
-    for value in (math.inf, math.nan):
+    for value in (math.inf, math.nan, 10**400, -(10**5000)):
         with pytest.raises(ValueError, match=f"^{path} must be finite, got"):
             check_size(wrap(value), "part")
 
