@@ -25,7 +25,7 @@ from ftac_gym.evaluation.compare import statistic_of
 from ftac_gym.evaluation.files import write_rows
 from ftac_gym.evaluation.statistics import estimate, paired_difference
 from ftac_gym.evaluation.tables import Cells, markdown, number, verdict
-from ftac_gym.training.checkpoints import checkpoints
+from ftac_gym.training.checkpoints import CONTENT_FILE, checkpoints
 from ftac_gym.utils.console import alone_in, run_program
 from ftac_gym.utils.files import write_text
 from ftac_gym.utils.parameters import FloatArray
@@ -100,7 +100,8 @@ def options(config: Config, action: str, memory: str) -> list[str]:
 def train(config: Config, action: str, memory: str, seed: int) -> None:
     """Train one agent, resume it, or do nothing if it is finished."""
     folder = config.folder / f"{action}_{memory}" / f"seed_{seed}"
-    steps, done = config.steps_of(action), checkpoints(folder)
+    # A stray folder with the name of a checkpoint is none.
+    steps, done = config.steps_of(action), [path for path in checkpoints(folder) if (path / CONTENT_FILE).is_file()]
     if done and int(done[-1].name) >= steps:
         return
     arguments = [*options(config, action, memory), "--seed", str(seed), "--torch-threads", "1"]

@@ -10,7 +10,15 @@ from helpers.scripts import module_of
 from ftac_gym.agents.shipped import SHIPPED
 from ftac_gym.evaluation import rollout
 from ftac_gym.scenarios import frozen
+from ftac_gym.training.checkpoints import CONTENT_FILE
 from ftac_gym.utils.files import locked
+
+
+def with_checkpoint(run):
+    """Add what tells that a run is finished: a checkpoint of its last step."""
+    folder = run / "checkpoints" / "0001000000"
+    folder.mkdir(parents=True)
+    (folder / CONTENT_FILE).touch()
 
 
 def test_the_study_tabulates_agents_that_are_trained(tmp_path):
@@ -19,7 +27,7 @@ def test_the_study_tabulates_agents_that_are_trained(tmp_path):
     for seed in range(3):
         home = tmp_path / "runs" / "residual_none" / f"seed_{seed}"
         shutil.copytree(SHIPPED / "flagship_residual" / f"seed_{seed}", home / "agent")
-        (home / "checkpoints" / "0001000000").mkdir(parents=True)
+        with_checkpoint(home)
     study.main(
         study.Config(
             seeds=2,
@@ -53,3 +61,18 @@ def test_two_studies_do_not_share_a_folder(tmp_path):
         pytest.raises(SystemExit, match=f"--folder must be used by one process .* {os.getpid()} uses"),
     ):
         study.main(study.Config(folder=tmp_path))
+
+
+def test_a_stray_folder_is_no_finished_training(tmp_path, monkeypatch):
+    study = module_of("study")
+    script = tmp_path / "train.py"
+    script.write_text("import sys; print(sys.argv[1:])")
+    monkeypatch.setattr(study, "TRAIN", script)
+    config = study.Config(folder=tmp_path / "runs")
+    for seed in range(2):
+        home = config.folder / "residual_none" / f"seed_{seed}"
+        (home / "checkpoints" / "9999999999").mkdir(parents=True)
+        if seed:
+            with_checkpoint(home)
+        study.train(config, "residual", "none", seed)
+        assert (home / "log.txt").exists() == (seed == 0)
