@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ftac_gym.agents.agent import Agent
+from ftac_gym.agents.export import MODEL_FILE, NORMALIZER_FILE
 from ftac_gym.agents.interface import Interface
 from ftac_gym.agents.normalizer import Normalizer
 from ftac_gym.agents.shipped import EVALUATIONS_FILE, agent_folders
@@ -21,10 +22,7 @@ from ftac_gym.utils.serialization import parse_json
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
 
-MODEL_FILE = "model.zip"
-"""File of the model in the folder of an old agent."""
-
-NORMALIZER_FILES = ("normalizer.pkl", "vecnormalize.pkl")
+NORMALIZER_FILES = ("normalizer.pkl", NORMALIZER_FILE)
 """Files of a ``VecNormalize``: of old agents, and of RL Baselines3 Zoo."""
 
 _TRIALS = 1000

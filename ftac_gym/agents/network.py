@@ -13,6 +13,7 @@ import numpy.typing as npt
 from gymnasium.spaces import Box
 
 from ftac_gym.utils.parameters import require, whole
+from ftac_gym.utils.tables import check_finite
 
 if TYPE_CHECKING:
     from stable_baselines3.common.policies import BasePolicy
@@ -68,7 +69,7 @@ def describe(policy: BasePolicy) -> tuple[Description, dict[str, Array]]:
     spaces = {item: _bounds_of(getattr(policy, item), item) for item in ("observation_space", "action_space")}
     weights = {key: value.detach().cpu().numpy().copy() for key, value in policy.state_dict().items()}
     for key, value in weights.items():
-        _finite(value, key)
+        check_finite(value, key)
     return {**spaces, "policy": name, "arguments": arguments}, weights
 
 
@@ -92,7 +93,7 @@ def build(description: Description, weights: Mapping[str, Array]) -> BasePolicy:
     arguments |= {"ortho_init": False} if "full_std" in arguments else {}
     spaces = [_box_of(description[item], item) for item in ("observation_space", "action_space")]
     for key, value in weights.items():
-        _finite(value, key)
+        check_finite(value, key)
     left = 4 * sum(value.size for value in weights.values())  # matrices of exploration are as large as weights
 
     class Bounded(TorchFunctionMode):
@@ -154,10 +155,6 @@ def _activations() -> dict[str, Any]:
     from torch import nn
 
     return {name: getattr(nn, name) for name in ACTIVATIONS}
-
-
-def _finite(values: Array, field: str) -> None:
-    require(bool(np.isfinite(values).all()), field, "must be finite", values[~np.isfinite(values)][:3])
 
 
 def _bounds_of(space: Any, field: str) -> dict[str, list[float | None]]:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.utils.parameters import FloatArray, non_negative, normalise, positive, require
+from ftac_gym.utils.tables import check_finite
 
 if TYPE_CHECKING:
     from stable_baselines3.common.vec_env import VecNormalize
@@ -48,7 +49,7 @@ class Normalizer:
             shaped = isinstance(values, np.ndarray) and values.dtype == np.float64 and values.ndim == 1
             require(shaped, name, "must be one row of float64", getattr(values, "dtype", values))
             require(values.shape == self.mean.shape, name, f"must have shape {self.mean.shape}", values.shape)
-            require(bool(np.isfinite(values).all()), name, "must be finite", values[~np.isfinite(values)][:3])
+            check_finite(values, name)
         require(bool((self.variance >= 0.0).all()), "variance", "must not be negative", float(self.variance.min()))
         normalise(self, positive, "clip", "epsilon")
         normalise(self, non_negative, "count")

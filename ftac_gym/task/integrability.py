@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ftac_gym.task.scenario import Scenario
 
 SMALLEST_SCALE = 1e-15
-"""Limit of numbers that others are divided by, for the same reason."""
+"""Limit of numbers that others are divided by: quotients too stay within double precision."""
 
 SHORTEST_STEP = 1e-6
 """Limit of the steps [s]: the plant takes times as equal that are 1e-9 s apart."""
@@ -150,7 +150,6 @@ def _check_body(scenario: Scenario) -> None:
 
 def _faults(scenario: Scenario) -> Iterator[tuple[str, Any]]:
     """Iterate over paths and faults."""
-    if scenario.faults is not None:
-        name = "kinds" if hasattr(scenario.faults, "kinds") else "faults"
-        for index, fault in enumerate(scenario.faults.faults):
-            yield f"faults.{name}[{index}]", fault
+    name = "kinds" if hasattr(scenario.faults, "kinds") else "faults"
+    for index, fault in enumerate(scenario.known_faults):
+        yield f"faults.{name}[{index}]", fault

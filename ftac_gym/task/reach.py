@@ -127,8 +127,7 @@ def _shares(scenario: Scenario, commanded: bool) -> dict[str, float]:
         grown = _grown(start, given(time) / time + steady, disturbance.swing(time) / least / time, time)
         shares = max(shares, {"growing torque": grown}, key=_total)
     # Stored momentum makes the body nutate, and brakes give it to the body.
-    faults = () if scenario.faults is None else scenario.faults.faults
-    brakes = wheels.friction is not None or any(isinstance(fault, Seizure) for fault in faults)
+    brakes = wheels.friction is not None or any(isinstance(fault, Seizure) for fault in scenario.known_faults)
     stored = _span(axes, at_start) / least if wheels.momentum_coupling or brakes else 0.0
     return {**shares, "stored momentum": stored, "friction": _span(axes, _drag(scenario, at_start, torque)) / least}
 
@@ -169,7 +168,7 @@ def _uncommanded(scenario: Scenario) -> FloatArray:
     """Return a bound on the torque of each wheel (m,) [N m] that faults give by themselves."""
     limits = scenario.spacecraft.wheels.torque_limits
     torque = np.zeros_like(limits)
-    for fault in () if scenario.faults is None else scenario.faults.faults:
+    for fault in scenario.known_faults:
         if isinstance(fault, (Bias, HardOver)):
             added = fault.largest_torque(scenario.duration, limits)
             if fault.wheel is None:  # Of a distribution: one fault a wheel, on any of them.
@@ -183,7 +182,7 @@ def _drag(scenario: Scenario, at_start: FloatArray, torque: FloatArray) -> Float
     """Return a bound on the impulse of friction on each wheel (m,) in a physics step, as the body's stages see it."""
     wheels = scenario.spacecraft.wheels
     factor, drag = np.ones(wheels.count), np.zeros(wheels.count)
-    for fault in () if scenario.faults is None else scenario.faults.faults:
+    for fault in scenario.known_faults:
         if isinstance(fault, FrictionRise):
             if fault.wheel is None:
                 factor = np.maximum(factor, largest(fault.factor))

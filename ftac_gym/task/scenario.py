@@ -13,7 +13,7 @@ from typing import Any, get_args, get_type_hints
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.faults import FaultDistribution, FaultSchedule
+from ftac_gym.faults import Fault, FaultDistribution, FaultSchedule
 from ftac_gym.faults.table import FLIPS
 from ftac_gym.spacecraft.spacecraft import Spacecraft
 from ftac_gym.task.disturbances import Disturbance
@@ -149,11 +149,16 @@ class Scenario:
             # On average a chain then uses at most half of the flips that are drawn.
             shortest = 4.0 * self.duration / FLIPS
             rule = f"with mean_resting must add up to at least {shortest:.3g} s for this duration"
-            for fault in self.faults.faults:
+            for fault in self.known_faults:
                 if fault.mean_acting is not None and fault.mean_resting is not None:
                     enough = fault.mean_acting + fault.mean_resting >= shortest
                     require(enough, "faults.mean_acting", rule, fault.mean_acting)
         check_motion(self)
+
+    @property
+    def known_faults(self) -> tuple[Fault, ...]:
+        """Faults that can occur, listed or as kinds of a distribution."""
+        return () if self.faults is None else tuple(self.faults.faults)
 
     @property
     def substeps(self) -> int:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -11,7 +9,8 @@ from typing import Any
 
 from ftac_gym.agents.shipped import EVALUATIONS_FILE, evaluations
 from ftac_gym.agents.storage import CARD_FILE, read_card
-from ftac_gym.utils.files import reading, replacing, write_text
+from ftac_gym.evaluation.files import write_rows
+from ftac_gym.utils.files import reading, replacing
 from ftac_gym.utils.parameters import require
 
 AGENT = "agent"
@@ -73,11 +72,8 @@ class Evaluations:
 
     def _write(self) -> None:
         rows = [{**self._rows[steps], "steps": steps} for steps in sorted(self._rows)]
-        text = io.StringIO()
-        writer = csv.DictWriter(text, list(dict.fromkeys(name for row in rows for name in row)), restval="nan")
-        writer.writeheader()
-        writer.writerows(rows)
-        write_text(self._path, text.getvalue())
+        names = list(dict.fromkeys(name for row in rows for name in row))
+        write_rows(self._path, [names, *([row.get(name, "nan") for name in names] for row in rows)])
 
 
 def _score(row: Mapping[str, float]) -> float:

@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
-from ftac_gym.utils.parameters import require
+from ftac_gym.utils.parameters import in_one_line, require
 
 if TYPE_CHECKING:
     from filelock import BaseFileLock
@@ -129,8 +129,7 @@ def damage(path: Path, error: object, remedy: str) -> str:
 
 def reason_of(error: object) -> str:
     """Return the message of an error as one line of limited length."""
-    reason = " ".join(str(error).split()) or type(error).__name__
-    return reason if len(reason) <= LONGEST_REASON else f"{reason[:LONGEST_REASON]} ..."
+    return in_one_line(str(error).strip() or type(error).__name__, LONGEST_REASON)
 
 
 @contextmanager

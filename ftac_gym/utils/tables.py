@@ -50,6 +50,12 @@ def check_values(values: npt.NDArray[Any], rule: Rule, name: str) -> None:
         require(False, name, text, values[~valid][0].tolist())
 
 
+def check_finite(values: npt.NDArray[Any], name: str) -> None:
+    """Raise a ValueError that shows the first values that are not finite, if there are any."""
+    sound = np.isfinite(values)
+    require(bool(sound.all()), name, "must be finite", values[~sound][:3])
+
+
 def check_fields(table: npt.NDArray[np.void], rules: Mapping[str, Rule], name: str) -> None:
     """Raise a ValueError unless each field of records follows its rule; fields without one must be finite."""
     for field in table.dtype.names or ():
