@@ -13,6 +13,7 @@ from importlib import import_module
 
 import numpy as np
 import pytest
+from helpers.rattle import RATTLE
 from helpers.short_benchmarks import EPISODES, FLAGSHIP
 from helpers.untrained_agents import write_agent
 
@@ -122,26 +123,11 @@ def test_data_and_code_of_the_package_count(change, tmp_path, monkeypatch):
         identity.package_digest.cache_clear()
 
 
-KIND = """
-from dataclasses import dataclass
-from typing import ClassVar
-from ftac_gym.faults import CustomKind, WheelFault, register
-
-@register
-@dataclass(frozen=True, kw_only=True)
-class Rattle(WheelFault):
-    kind: ClassVar[CustomKind] = CustomKind(100, "rattle")
-
-    def _fill(self, rows, uniform, torque_limit):
-        rows["bias_amplitude"] = 0.1 * torque_limit
-"""
-
-
 def test_code_of_kinds_of_faults_from_elsewhere_counts(tmp_path, monkeypatch):
     monkeypatch.setattr(serialization, "_CLASSES", serialization.classes())
     monkeypatch.syspath_prepend(tmp_path)
     path = tmp_path / "rattling.py"
-    path.write_text(KIND)
+    path.write_text(RATTLE)
     module = import_module("rattling")
 
     def stored():
@@ -150,7 +136,7 @@ def test_code_of_kinds_of_faults_from_elsewhere_counts(tmp_path, monkeypatch):
         return len(list((tmp_path / "batches").glob("*")))
 
     assert (stored(), stored()) == (1, 1)
-    path.write_text(KIND.replace("0.1", "0.1000000000001"))
+    path.write_text(RATTLE.replace("0.1", "0.1000000000001"))
     assert (stored(), stored()) == (2, 2)
     # A class of a notebook has no file, and its older versions cannot be told from it.
     path.unlink()

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.rattle import RATTLE
 from helpers.short_benchmarks import BASELINES, EPISODES, FLAGSHIP, SEVERE, TOTAL
 from helpers.untrained_agents import write_agent
 
@@ -167,19 +168,9 @@ def children(process):
     return {int(child) for child in path.read_text().split()} if path.exists() else set()
 
 
-KIND = """
-from dataclasses import dataclass
-from typing import ClassVar
+SCRIPT = f"""{RATTLE}
 from ftac_gym import scenarios
-from ftac_gym.faults import CustomKind, FaultDistribution, WheelFault, register
-
-@register
-@dataclass(frozen=True, kw_only=True)
-class Rattle(WheelFault):
-    kind: ClassVar[CustomKind] = CustomKind(100, "rattle")
-
-    def _fill(self, rows, uniform, torque_limit):
-        rows["bias_amplitude"] = 0.1 * torque_limit
+from ftac_gym.faults import FaultDistribution
 
 faults = FaultDistribution((Rattle(onset=1.0),), fault_counts=(0.0, 1.0))
 task = scenarios.get("flagship").replace(duration=3.0, faults=faults)
@@ -190,7 +181,7 @@ def test_workers_have_kinds_of_faults_of_a_script_and_leave_with_the_benchmark(s
     """A class of a script or notebook, whose module no worker can import; afterwards no process is idle."""
     monkeypatch.setattr(serialization, "_CLASSES", serialization.classes())
     script = {"__name__": "__main__"}
-    exec(KIND, script)
+    exec(SCRIPT, script)
     episodes = {"rattling": script["task"].draw(0, 4)}
     before = children(os.getpid())
     results = [fly(entries_of(["pd"], FLAGSHIP), episodes, "pd", workers=count, measure=False) for count in (1, 2)]
