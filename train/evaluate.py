@@ -26,7 +26,6 @@ from typing import Literal
 
 import numpy as np
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.agents.shipped import designs
@@ -41,7 +40,7 @@ from ftac_gym.report import write_report
 from ftac_gym.report.comparison import drawings, tables, write_comparison
 from ftac_gym.scenarios import SPLITS, frozen
 from ftac_gym.task.episodes import Episodes
-from ftac_gym.utils.console import exit_on, one_line_warnings, run_program, show_table
+from ftac_gym.utils.console import exit_on, one_line_warnings, print_line, progress_bar, run_program, show_table
 
 CLOSE = ("agent", "flagship_telemetry", "flagship_direct", "pd_dob", "pd", "nftsm_observer tuned", "nftsm tuned")
 """The shipped agents of the flagship, and the baselines that come closest to them."""
@@ -177,12 +176,6 @@ def all_drawn(config: Config) -> dict[str, Episodes]:
     return {name: draw(config, name) for name in dict.fromkeys((config.scenario, *config.splits))}
 
 
-def progress_bar(console: Console) -> Progress:
-    """Return a bar that counts episodes."""
-    columns = (TextColumn("{task.description:>18}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    return Progress(*columns, console=console)
-
-
 def run(
     config: Config, flown: dict[str, Policy], drawn: dict[str, Episodes], console: Console
 ) -> tuple[dict[str, list[Evaluation]], list[str]]:
@@ -211,11 +204,6 @@ def run(
                     print_line(progress.console, failures[name])
     remaining = {name: [item for key, item in items.items() if key not in failures] for name, items in found.items()}
     return remaining, list(failures.values())
-
-
-def print_line(console: Console, line: str) -> None:
-    """Print a line as it is."""
-    console.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
 def run_benchmark(config: Config, console: Console) -> None:

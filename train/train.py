@@ -22,7 +22,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import time
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -35,15 +34,13 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 import ftac_gym
 from ftac_gym import scenarios
-from ftac_gym.agents.agent import Agent
 from ftac_gym.agents.interface import Interface
 from ftac_gym.agents.storage import read_card
-from ftac_gym.evaluation import rollout
-from ftac_gym.evaluation.metrics import counted
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.training.algorithms import build, has_base
 from ftac_gym.training.callbacks import Schedule, TrainingCallback
 from ftac_gym.training.checkpoints import checkpoints, naming_divergence, restore_newest
+from ftac_gym.training.environments import evaluator, training_environment, with_weights
 from ftac_gym.training.evaluations import AGENT, Evaluations
 from ftac_gym.training.hyperparameters import (
     Hyperparameters,
@@ -57,7 +54,6 @@ from ftac_gym.utils.files import reading, write_text
 from ftac_gym.utils.options import options_of
 from ftac_gym.utils.parameters import require
 from ftac_gym.utils.serialization import parse_json
-from ftac_gym.wrappers import SB3VecEnv
 
 CONFIGS = Path(__file__).parent / "configs"
 CONFIG_FILE = "config.json"
@@ -158,46 +154,13 @@ def schedule_of(config: Config, parameters: Hyperparameters) -> Schedule:
     )  # fmt: skip
 
 
-def make_env(config: Config, parameters: Hyperparameters) -> tuple[SB3VecEnv, int]:
-    """Return the training environment, and the number of entries of its observation for the actor."""
-    interface = parameters.interface
-    scenario = training_scenario(config, parameters)
-    arguments: dict[str, Any] = {"observation": interface.observation, "scenario": scenario}
-    native = gym.make_vec(config.env_id, num_envs=parameters.n_envs, autoreset_mode="SameStep", **arguments)
-    single = interface.wrap(gym.make(config.env_id, **arguments))
-    # Training and task may differ in the scenario, but not in the spaces of the agent.
-    task = interface.wrap(gym.make(config.env_id, observation=interface.observation))
-    for part in ("observation_space", "action_space"):
-        given, required = getattr(single, part).shape, getattr(task, part).shape
-        rule = f"must have the {part.replace('_', ' ')} {required} of {config.env_id}"
-        require(given == required, "scenario", rule, given)
-    return SB3VecEnv(interface.wrap_for_training(native), interface.hold), single.observation_space.shape[0]
-
-
 def training_scenario(config: Config, parameters: Hyperparameters) -> Scenario:
     """Return the scenario of the training, with the weights of the reward that the run asks for."""
     changes = dict(parameters.env_kwargs)
     if config.scenario is not None:
         changes["scenario"] = config.scenario
     scenario: Scenario = gym.make(config.env_id, **changes).unwrapped.scenario  # type: ignore[attr-defined]
-    weights = parse_assignments(config.reward, "reward")
-    known = [item.name for item in dataclasses.fields(scenario.reward)]
-    for name in weights:
-        require(name in known, "reward", f"must be among {known}", name)
-    return scenario.replace(reward=dataclasses.replace(scenario.reward, **weights))
-
-
-def evaluator(config: Config, parameters: Hyperparameters) -> Callable[[Agent], Mapping[str, float]]:
-    """Return the function that flies the evaluation episodes: the task itself, with the reward of the training."""
-    default = scenarios.get(gym.spec(config.env_id).kwargs["default_scenario"])
-    task = default.replace(reward=training_scenario(config, parameters).reward)
-
-    def evaluate(agent: Agent) -> dict[str, float]:
-        history = rollout(task, agent, seed=config.evaluation_seed, count=config.evaluation_episodes)
-        metrics = history.feasible_metrics()
-        return {"mean_return": float(metrics["return"].mean()), **counted(metrics)}
-
-    return evaluate
+    return with_weights(scenario, parse_assignments(config.reward, "reward"))
 
 
 def provenance(config: Config, steps: int, seconds: float) -> dict[str, Any]:
@@ -243,7 +206,10 @@ def train(config: Config) -> None:
         require(known, "env_id", "must be an environment of ftac_gym", config.env_id)
         parameters = hyperparameters_of(config)
         schedule = schedule_of(config, parameters)
-        env, actor_size = make_env(config, parameters)
+        scenario = training_scenario(config, parameters)
+        env, actor_size = training_environment(config.env_id, scenario, parameters.interface, parameters.n_envs)
+        # Evaluations are on the task itself, with the reward of the training.
+        task = scenarios.get(gym.spec(config.env_id).kwargs["default_scenario"]).replace(reward=scenario.reward)
         around: VecEnv = env
         if parameters.normalize:
             around = VecNormalize(env, gamma=parameters.settings.get("gamma", 0.99))
@@ -267,7 +233,8 @@ def train(config: Config) -> None:
         around.seed(1_000_000_000 * (config.seed + 1) + steps)
         if steps < parameters.n_timesteps:
             callback = TrainingCallback(
-                folder, evaluations, evaluator(config, parameters), parameters.interface, schedule,
+                folder, evaluations, evaluator(task, schedule.evaluation_seed, schedule.evaluation_episodes),
+                parameters.interface, schedule,
                 lambda steps: provenance(config, steps, seconds + time.monotonic() - begun),
             )  # fmt: skip
             bar = ProgressBarCallback()

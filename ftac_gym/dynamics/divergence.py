@@ -5,6 +5,12 @@ import numpy.typing as npt
 
 from ftac_gym.utils.parameters import FloatArray
 
+MOVED = ("wheel_momentum", "modal_displacement", "modal_rate", "rate", "attitude")
+"""Arrays of the state, causes before effects."""
+
+SEEN = ("measured_rate", "measured_attitude", "reference_rate", "reference_acceleration", "reference_attitude")
+"""Arrays of the measurement, after those of the state."""
+
 
 class DivergenceError(ArithmeticError):
     """A spacecraft in a state of no body: not finite, or too fast for the physics step.
@@ -33,7 +39,7 @@ def divergence(
     Parameters
     ----------
     state, seen
-        Arrays (N, .) of the state, among them ``rate``, and of the measurement, by name, causes before effects.
+        Arrays (N, .) of the state and of the measurement, by name: :data:`MOVED` and :data:`SEEN`.
     time
         (N,) time since the start of each episode [s].
     rows

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.dynamics.divergence import divergence
+from ftac_gym.dynamics.divergence import MOVED, SEEN, divergence
 from ftac_gym.dynamics.merging import merged, with_faults
 from ftac_gym.dynamics.plant import advance
 from ftac_gym.dynamics.sensing import sense
@@ -286,15 +286,7 @@ class Simulator:
             self._gyro_bias, self.measured_attitude, self.measured_rate, self.star_tracker_valid, self._largest_rate,
         )  # fmt: skip
         if diverged:
-            names = ("wheel_momentum", "modal_displacement", "modal_rate", "rate", "attitude")
-            seen = (
-                "measured_rate",
-                "measured_attitude",
-                "reference_rate",
-                "reference_acceleration",
-                "reference_attitude",
-            )
-            parts = {name: getattr(state, name) for name in names}, {name: getattr(self, name) for name in seen}
+            parts = {name: getattr(state, name) for name in MOVED}, {name: getattr(self, name) for name in SEEN}
             raise divergence(*parts, self.time, rows, self._largest_rate)
 
 

@@ -2,6 +2,7 @@
 
 from ftac_gym.faults.distribution import FaultDistribution
 from ftac_gym.faults.effect import FaultEffect, fault_effect
+from ftac_gym.faults.effectiveness_faults import DriftingEffectiveness, LossOfEffectiveness
 from ftac_gym.faults.fault import Fault, SensorFault, WheelFault
 from ftac_gym.faults.registry import KINDS, label_of, register, registered
 from ftac_gym.faults.schedule import FaultSchedule
@@ -10,12 +11,10 @@ from ftac_gym.faults.table import FAULT, LONGEST_DELAY, SENSOR_FAULT, CustomKind
 from ftac_gym.faults.wheel_faults import (
     Bias,
     CommandDelay,
-    DriftingEffectiveness,
     FrictionRise,
     HardOver,
     IntermittentShutdown,
     LockInPlace,
-    LossOfEffectiveness,
     Outage,
     Seizure,
 )

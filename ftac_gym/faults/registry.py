@@ -2,7 +2,7 @@
 
 from typing import Any, TypeVar
 
-from ftac_gym.faults import sensor_faults, wheel_faults
+from ftac_gym.faults import effectiveness_faults, sensor_faults, wheel_faults
 from ftac_gym.faults.fault import Fault, SensorFault, WheelFault
 from ftac_gym.faults.table import FIRST_CUSTOM_KIND, CustomKind, FaultKind
 from ftac_gym.utils.parameters import require
@@ -12,11 +12,11 @@ F = TypeVar("F", bound=Fault)
 
 KINDS: tuple[type[Fault], ...] = tuple(
     entry
-    for module in (wheel_faults, sensor_faults)
+    for module in (effectiveness_faults, wheel_faults, sensor_faults)
     for entry in vars(module).values()
     if isinstance(entry, type) and issubclass(entry, Fault) and entry.__module__ == module.__name__
 )
-"""All fault kinds of this package, in the order of their definition; :func:`registered` has custom ones too."""
+"""All fault kinds of this package, those of wheels first; :func:`registered` has custom ones too."""
 
 
 def register(kind: type[F]) -> type[F]:

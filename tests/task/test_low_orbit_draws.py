@@ -1,4 +1,4 @@
-"""Tests of `task.low_orbit`: density, sizes of the total torque, draws, and rules."""
+"""Tests of `task.low_orbit`: sizes of the total torque, draws, and rules."""
 
 import dataclasses
 import math
@@ -24,23 +24,8 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from ftac_gym.task import LowOrbitTorque
-from ftac_gym.task.low_orbit import (
-    ATMOSPHERE,
-    GRAVITATIONAL_PARAMETER,
-    MAGNETIC_MOMENT,
-    atmospheric_density,
-)
-
-
-def test_density_is_that_of_the_table_and_falls_without_a_step():
-    for altitude, density in ((200e3, 2.789e-10), (400e3, 3.725e-12), (500e3, 6.967e-13), (1000e3, 3.019e-15)):
-        assert atmospheric_density(np.array([altitude]))[0] == pytest.approx(density, rel=1e-14)
-    middle = 3.725e-12 * math.exp(-30.0 / 58.515)
-    assert atmospheric_density(np.array([430e3]))[0] == pytest.approx(middle, rel=1e-12)
-    assert np.all(np.diff(atmospheric_density(np.linspace(200e3, 1000e3, 20_001))) < 0.0)
-    seams = ATMOSPHERE[1:, 0]
-    np.testing.assert_allclose(atmospheric_density(seams - 1e-3), atmospheric_density(seams), rtol=2e-3)
-
+from ftac_gym.task.atmosphere import atmospheric_density
+from ftac_gym.task.low_orbit import GRAVITATIONAL_PARAMETER, MAGNETIC_MOMENT
 
 # ------------------------------------------------------------------------------------------------------------ sizes
 

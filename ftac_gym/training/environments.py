@@ -1,0 +1,80 @@
+"""Environments that agents are trained and evaluated in."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import gymnasium as gym
+
+from ftac_gym.agents.agent import Agent
+from ftac_gym.agents.interface import Interface
+from ftac_gym.evaluation.metrics import counted
+from ftac_gym.evaluation.rollout import rollout
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import require
+from ftac_gym.wrappers import SB3VecEnv
+
+
+def training_environment(env_id: str, scenario: Scenario, interface: Interface, count: int) -> tuple[SB3VecEnv, int]:
+    """Return the vector environment of a training, and the number of entries of its observation for the actor.
+
+    Parameters
+    ----------
+    env_id
+        Environment id of the task.
+    scenario
+        Scenario to train on.
+    interface
+        Interface of the network.
+    count
+        Spacecraft in parallel.
+
+    Raises
+    ------
+    ValueError
+        If the scenario gives other spaces than the task.
+    """
+    arguments: dict[str, Any] = {"observation": interface.observation, "scenario": scenario}
+    native = gym.make_vec(env_id, num_envs=count, autoreset_mode="SameStep", **arguments)
+    single = interface.wrap(gym.make(env_id, **arguments))
+    # Training and task may differ in the scenario, but not in the spaces of the agent.
+    task = interface.wrap(gym.make(env_id, observation=interface.observation))
+    for part in ("observation_space", "action_space"):
+        given, required = getattr(single, part).shape, getattr(task, part).shape
+        rule = f"must have the {part.replace('_', ' ')} {required} of {env_id}"
+        require(given == required, "scenario", rule, given)
+    return SB3VecEnv(interface.wrap_for_training(native), interface.hold), single.observation_space.shape[0]
+
+
+def with_weights(scenario: Scenario, weights: Mapping[str, float]) -> Scenario:
+    """Return a scenario with other weights of its reward.
+
+    Raises
+    ------
+    ValueError
+        If a weight is unknown or not finite.
+    """
+    known = [item.name for item in dataclasses.fields(scenario.reward)]
+    for name in weights:
+        require(name in known, "reward", f"must be among {known}", name)
+    return scenario.replace(reward=dataclasses.replace(scenario.reward, **weights))
+
+
+def evaluator(task: Scenario, seed: int, count: int) -> Callable[[Agent], Mapping[str, float]]:
+    """Return a function that flies an agent through fixed episodes and returns its metrics over the feasible ones.
+
+    Parameters
+    ----------
+    task
+        The task.
+    seed, count
+        Seed and number of the episodes.
+    """
+
+    def evaluate(agent: Agent) -> dict[str, float]:
+        metrics = rollout(task, agent, seed=seed, count=count).feasible_metrics()
+        return {"mean_return": float(metrics["return"].mean()), **counted(metrics)}
+
+    return evaluate
