@@ -13,12 +13,14 @@ from ftac_gym.envs.rendering.display import Display
 from ftac_gym.faults import FaultDistribution
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
+from ftac_gym.task.scenario import Scenario, check_fields
 from ftac_gym.utils.parameters import broken, require
 from ftac_gym.utils.serialization import to_plain
 
 
-def resolve_scenario(scenario: Scenario | Mapping[str, Any] | str | None, default: str, changes: Any) -> Scenario:
+def resolve_scenario(
+    scenario: Scenario | Mapping[str, Any] | str | None, default: str, changes: Mapping[str, Any], call: str
+) -> Scenario:
     """Return the scenario that the arguments of ``gym.make`` describe.
 
     Parameters
@@ -29,12 +31,17 @@ def resolve_scenario(scenario: Scenario | Mapping[str, Any] | str | None, defaul
         Name of the default scenario.
     changes
         Fields to replace, by name.
+    call
+        Name of the class that was called, for messages.
 
     Raises
     ------
+    TypeError
+        If a change is no field of a scenario.
     ValueError
         If a name is unknown or a value breaks a rule.
     """
+    check_fields(changes, call)
     if scenario is None:
         base = scenarios.get(default)
     elif isinstance(scenario, Scenario):

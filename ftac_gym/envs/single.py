@@ -86,6 +86,8 @@ class SpacecraftFTCEnv(BatchEnvironment, gym.Env[Observation, npt.NDArray[Any]])
 
     Raises
     ------
+    TypeError
+        If a keyword is no argument and no field of a scenario.
     ValueError
         If a name is unknown or a value breaks a rule.
     gymnasium.error.DependencyNotInstalled
@@ -104,7 +106,7 @@ class SpacecraftFTCEnv(BatchEnvironment, gym.Env[Observation, npt.NDArray[Any]])
         default_scenario: str = "flagship",
         **scenario_changes: Any,
     ) -> None:
-        chosen = resolve_scenario(scenario, default_scenario, scenario_changes)
+        chosen = resolve_scenario(scenario, default_scenario, scenario_changes, type(self).__name__)
         self._prepare(SpacecraftBatch(chosen, observation, num_spacecraft=1), render_mode, width, height)
         self.observation_space = self.batch.observation_space
         self.action_space = self.batch.action_space

@@ -42,6 +42,8 @@ class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArra
 
     Raises
     ------
+    TypeError
+        If a keyword is no argument and no field of a scenario.
     ValueError
         If a name is unknown or a value breaks a rule.
     gymnasium.error.DependencyNotInstalled
@@ -75,7 +77,7 @@ class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArra
         self.num_envs = int(num_envs)
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
-        chosen = resolve_scenario(scenario, default_scenario, scenario_changes)
+        chosen = resolve_scenario(scenario, default_scenario, scenario_changes, type(self).__name__)
         self._prepare(SpacecraftBatch(chosen, observation, self.num_envs, threads), render_mode, width, height)
         if max_episode_steps is not None and max_episode_steps != -1:
             self.batch.horizon = min(self.batch.horizon, whole(max_episode_steps, 1, "max_episode_steps"))

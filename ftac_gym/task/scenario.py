@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, get_args, get_type_hints
@@ -38,6 +38,7 @@ from ftac_gym.utils.parameters import (
     optional,
     positive,
     require,
+    require_keywords,
     rows,
 )
 from ftac_gym.utils.serialization import LATER_PART, from_plain, parse_json, serializable, to_plain
@@ -177,12 +178,12 @@ class Scenario:
 
         Raises
         ------
+        TypeError
+            If a name is no field of a scenario.
         ValueError
-            If a name is no field of a scenario, or a value breaks a rule.
+            If a value breaks a rule.
         """
-        known = [item.name for item in dataclasses.fields(self)]
-        for name in changes:
-            require(name in known, "scenario change", f"must be one of {known}", name)
+        check_fields(changes, "Scenario.replace")
         hints = get_type_hints(Scenario)
         rebuilt = {
             name: from_plain(value, name, hints[name]) if isinstance(value, Mapping) else value
@@ -286,6 +287,11 @@ class Scenario:
         wheels, turning = self.spacecraft.wheels, not self.reference.moving
         demand = Demand.of_episodes(episodes, wheels, turning, self.success.hold, self.duration)
         return feasibility_labels(episodes.faults, wheels, demand)
+
+
+def check_fields(changes: Iterable[str], call: str) -> None:
+    """Raise a TypeError, in the name of a call, if a keyword is no field of a scenario."""
+    require_keywords(changes, [item.name for item in dataclasses.fields(Scenario)], call, "fields of a scenario")
 
 
 def success_steps(scenario: Scenario) -> int:

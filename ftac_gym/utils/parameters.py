@@ -2,7 +2,7 @@
 
 import math
 import numbers
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -41,6 +41,26 @@ def broken(field: str, rule: str, value: object) -> ValueError:
     """
     part = f"{field} {rule}, got "
     return ValueError(part + in_one_line(_shown(value), max(LONGEST_MESSAGE - len(part), LEAST_VALUE)))
+
+
+def require_keywords(given: Iterable[str], known: Sequence[str], call: str, what: str) -> None:
+    """Raise a TypeError, as a call of Python does, if a keyword is not among the known names.
+
+    Parameters
+    ----------
+    given
+        The keywords.
+    known
+        The names that the call takes.
+    call
+        Name of the function or class, for the message.
+    what
+        Plural noun for the known names, for the message.
+    """
+    for name in given:
+        if name not in known:
+            unexpected = f"{call}() got an unexpected keyword argument {in_one_line(repr(name), LEAST_VALUE)}"
+            raise TypeError(f"{unexpected}; {what} are {list(known)}")
 
 
 def in_one_line(message: str, longest: int = LONGEST_MESSAGE) -> str:

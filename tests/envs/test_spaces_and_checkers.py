@@ -212,7 +212,6 @@ def test_clones_continue_identically(clone, kind):
             r"observation must be one of \['attitude', 'telemetry', 'oracle'\], got 'every",
         ),
         ({"render_mode": "ascii"}, "render_mode must be None or one of .*'ascii'"),
-        ({"durations": 3.0}, r"scenario change must be one of \[.*'duration'.*'durations'"),
         ({"duration": 0.25}, "duration must be a multiple of control_period"),
         ({"duration": -1.0}, "duration must be positive"),
         ({"control_period": 0.05}, "control_period must be a multiple of physics_step = 0.02"),
@@ -227,6 +226,17 @@ def test_clones_continue_identically(clone, kind):
 def test_bad_arguments(cls, arguments, message):
     with pytest.raises(ValueError, match=message):
         cls(**arguments)
+
+
+@pytest.mark.parametrize("id_kwargs", [{}, {"vectorization_mode": "vector_entry_point"}])
+def test_an_unknown_keyword_is_a_type_error(id_kwargs):
+    # Libraries probe for arguments such as ``device`` by calling with them.
+    make, name = (gym.make_vec, "SpacecraftFTCVectorEnv") if id_kwargs else (gym.make, "SpacecraftFTCEnv")
+    line = rf"{name}\(\) got an unexpected keyword argument 'device'; fields of a scenario are \['name', .*\]$"
+    with pytest.raises(TypeError, match=line):
+        make("SpacecraftFTC-v0", device="cpu", **id_kwargs)
+    with pytest.raises(TypeError, match="'durations'"):
+        make("SpacecraftFTC-v0", durations=3.0, scenario=3, **id_kwargs)
 
 
 @pytest.mark.parametrize(

@@ -57,7 +57,6 @@ def test_timing_in_steps():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"colour": "red"}, "scenario change must be one of .* got 'colour'"),
         ({"name": 5}, "name must be a str"),
         ({"spacecraft": None}, "spacecraft must be a Spacecraft"),
         ({"initial_state": None}, "initial_state must be a InitialState"),
@@ -128,6 +127,15 @@ def test_rules_of_reward_and_success(kind, rule):
             kind(**{field: -1.0})
         with pytest.raises(ValueError, match=f"{field} must be finite"):
             kind(**{field: math.nan})
+
+
+def test_an_unknown_field_is_a_type_error_in_a_call_and_a_value_error_in_data():
+    with pytest.raises(
+        TypeError, match=r"Scenario\.replace\(\) got an unexpected keyword argument 'colour'; fields of"
+    ):
+        FLAGSHIP.replace(colour="red")
+    with pytest.raises(ValueError, match="Scenario has no field 'colour'"):
+        type(FLAGSHIP).from_dict({**FLAGSHIP.to_dict(), "colour": "red"})
 
 
 def test_unknown_scenario():
