@@ -33,6 +33,7 @@ __all__ = [
 ]
 
 _IDS = {
+    "SpacecraftFTCEasy-v0": "easy",
     "SpacecraftFTC-v0": "flagship",
     "SpacecraftFTCTracking-v0": "flagship_tracking",
     "SpacecraftFTCFlexible-v0": "flexible",

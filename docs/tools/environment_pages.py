@@ -106,6 +106,8 @@ def page(environment_id: str, name: str) -> str:
         if part != "reward":
             text = fault_table(scenario) if part == "faults" else field_table(value, "wheels", "appendages")
             blocks += [f"## {part.replace('_', ' ').capitalize()}", f"{class_link(value)}:", text]
+    if scenario.faults is None:
+        blocks += ["## Faults", fault_table(scenario)]
     if scenario.spacecraft.appendages is not None:
         blocks += ["## Appendages", field_table(scenario.spacecraft.appendages)]
     return "\n\n".join(block.strip() for block in blocks if block.strip()) + "\n"

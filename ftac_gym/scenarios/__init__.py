@@ -5,6 +5,7 @@ from collections.abc import Callable
 from ftac_gym.scenarios import (
     cao_2022,
     chen_2018,
+    easy,
     flagship,
     flexible,
     li_2023,
@@ -21,7 +22,7 @@ __all__ = ["SPLITS", "get", "names"]
 
 _BUILDERS: dict[str, Callable[[], Scenario]] = {
     name: entry
-    for module in (cao_2022, chen_2018, flagship, flexible, li_2023, ma_2023, shen_2019, splits, zhang_zhou_2019)
+    for module in (cao_2022, chen_2018, easy, flagship, flexible, li_2023, ma_2023, shen_2019, splits, zhang_zhou_2019)
     for name, entry in vars(module).items()
     if getattr(entry, "__annotations__", {}).get("return") is Scenario and entry.__module__ == module.__name__
 }

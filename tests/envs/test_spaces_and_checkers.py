@@ -26,6 +26,7 @@ from ftac_gym.wrappers import ResidualPolicy
 from ftac_gym.wrappers.residual import Residual
 
 WHEELS = {
+    "SpacecraftFTCEasy-v0": 4,
     "SpacecraftFTC-v0": 4,
     "SpacecraftFTCTracking-v0": 4,
     "SpacecraftFTCZhangZhou2019-v0": 4,
