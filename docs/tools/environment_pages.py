@@ -10,7 +10,6 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
-import yaml
 from matplotlib.image import imsave
 from page_parts import class_link, field_table, field_values, markdown, section, show, table, table_rows, write_pages
 
@@ -113,24 +112,10 @@ def page(environment_id: str, name: str) -> str:
     return "\n\n".join(block.strip() for block in blocks if block.strip()) + "\n"
 
 
-def index(tasks: dict[str, str]) -> str:
-    """Return the table of all ids with the navigation to their pages, which ``environments/index.md`` includes."""
-    rows = []
-    for environment_id, name in ids().items():
-        scenario = scenarios.get(name)
-        numbers = (scenario.spacecraft.wheels.count, 1.0 / scenario.control_period, scenario.duration)
-        link = f"[`{environment_id}`](generated/{environment_id}.md)"
-        rows.append((link, tasks[environment_id], *(f"{number:.4g}" for number in numbers)))
-    pages = "\n".join(f"generated/{environment_id}" for environment_id in ids())
-    head = table(("id", "task", "wheels", "control [Hz]", "episode [s]"), rows)
-    return f"{head}\n\n```{{toctree}}\n:hidden:\n\n{pages}\n```\n"
-
-
 def write(source: Path) -> None:
     """Write the pages and pictures of all ids below the folder of the documentation."""
     folder = source / "environments"
-    tasks = yaml.safe_load((folder / "tasks.yml").read_text(encoding="utf-8"))
     pages = {f"{environment_id}.md": page(environment_id, name) for environment_id, name in ids().items()}
-    write_pages(folder / "generated", {"table.inc": index(tasks), **pages})
+    write_pages(folder / "generated", pages)
     for environment_id in ids():
         draw_picture(environment_id, folder / "generated" / f"{environment_id}.png")

@@ -1,4 +1,4 @@
-"""Check the prose of the repository: docstrings, comments, messages, and the text of Markdown pages.
+"""Check the prose of the repository: docstrings, comments, messages, and the text of Markdown pages and notebooks.
 
 Usage: ``python docs/tools/prose.py [PATH ...]``; without a path the whole repository is checked.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 import inspect
 import io
+import json
 import re
 import sys
 import tokenize
@@ -32,7 +33,8 @@ BANNED = {
 }
 """Patterns of whole words, with the replacement."""
 ROOTS = ("ftac_gym", "train", "benchmarks", "docs", "tests", "README.md", "CHANGELOG.md")
-SKIPPED = ("generated", "_build")
+SUFFIXES = (".py", ".md", ".ipynb")
+SKIPPED = ("generated", "_build", ".ipynb_checkpoints")
 
 _BANNED = {re.compile(rf"\b{pattern}\b", re.IGNORECASE): instead for pattern, instead in BANNED.items()}
 _CODE = re.compile(r"\{[\w:]+\}`+[^`]+`+|`+[^`]+`+|\$[^$]+\$|:[\w:]+:`[^`]+`|(?<=\])\([^)]*\)|https?://\S+")
@@ -83,6 +85,10 @@ def texts(path: Path) -> Iterator[tuple[int, str, str]]:
     if path.suffix == ".md":
         yield 1, "page", source
         return
+    if path.suffix == ".ipynb":
+        cells = json.loads(source)["cells"]
+        yield 1, "page", "\n\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "markdown")
+        return
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
             yield node.lineno, "docstring", inspect.cleandoc(node.value.value)
@@ -118,7 +124,7 @@ def main(arguments: list[str]) -> int:
     """Print all complaints; return 1 if there are any."""
     roots = [Path(argument) for argument in arguments or ROOTS]
     files = [file for root in roots for file in ([root] if root.is_file() else sorted(root.rglob("*")))]
-    chosen = [file for file in files if file.suffix in (".py", ".md") and not set(SKIPPED) & set(file.parts[:-1])]
+    chosen = [file for file in files if file.suffix in SUFFIXES and not set(SKIPPED) & set(file.parts[:-1])]
     found = [line for file in chosen for line in complaints(file)]
     print("\n".join([*found, f"{len(found)} complaints about the prose of {len(chosen)} files"]))
     return min(len(found), 1)

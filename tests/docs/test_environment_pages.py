@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import re
 from pathlib import Path
 
 import environment_pages as pages
 import page_parts as parts
 import pytest
-import yaml
 
 import ftac_gym
 from ftac_gym import faults, scenarios
@@ -19,13 +19,16 @@ from ftac_gym.envs.observation import observation_layout
 DOCS = Path(ftac_gym.__file__).parents[1] / "docs"
 
 
-def test_every_id_has_a_scenario_and_a_task() -> None:
+def test_every_id_has_a_scenario_and_is_in_the_table_and_the_navigation_of_the_index() -> None:
     found = pages.ids()
     assert found["SpacecraftFTC-v0"] == "flagship"
-    assert set(found.values()) <= set(scenarios.names())
-    tasks = yaml.safe_load((DOCS / "environments" / "tasks.yml").read_text(encoding="utf-8"))
-    assert list(tasks) and set(tasks) == set(found)
-    assert all(f"generated/{name}" in pages.index(tasks) for name in found)
+    text = (DOCS / "environments" / "index.md").read_text(encoding="utf-8")
+    rows = dict(re.findall(r"^\| `(SpacecraftFTC\w*-v0)` \| [^|]+ \| (.*) \|$", text, flags=re.M))
+    assert re.findall(r"^generated/(.*)$", text, flags=re.M) == list(rows) == list(found)
+    for environment_id, name in found.items():
+        scenario = scenarios.get(name)
+        numbers = (scenario.spacecraft.wheels.count, 1.0 / scenario.control_period, scenario.duration)
+        assert rows[environment_id] == " | ".join(f"{number:.4g}" for number in numbers)
 
 
 @pytest.mark.parametrize(("environment_id", "name"), pages.ids().items())

@@ -1,5 +1,7 @@
 """The check of the prose finds planted offences, and nothing in code, equations and tables."""
 
+import json
+
 import prose
 import pytest
 
@@ -59,6 +61,12 @@ def test_items_of_a_list_are_counted_apart(tmp_path):
     half = " ".join(["word"] * 20)
     assert found(tmp_path, "page.md", f"- {half}\n- {half}\n") == []
     assert len(found(tmp_path, "page.md", f"- {half}\n  {half}\n")) == 1
+
+
+def test_the_text_cells_of_a_notebook_are_read(tmp_path):
+    code, page = ["craft = 1"], ["# Title\n", "A craft."]
+    cells = [{"cell_type": "code", "source": code}, {"cell_type": "markdown", "source": page}]
+    assert found(tmp_path, "page.ipynb", json.dumps({"cells": cells})) == ["2: 'craft': write spacecraft"]
 
 
 def test_the_program_fails_on_an_offence(tmp_path, capsys):
