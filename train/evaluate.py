@@ -30,12 +30,11 @@ from rich.console import Console
 from ftac_gym import baselines, scenarios
 from ftac_gym.agents.shipped import designs
 from ftac_gym.baselines import tuned
-from ftac_gym.evaluation import Evaluation, compare, evaluate
+from ftac_gym.evaluation import Evaluation, evaluate, tabulate
 from ftac_gym.evaluation.batches import FlightError
 from ftac_gym.evaluation.benchmark import fly
 from ftac_gym.evaluation.entries import ALL, check_fit, entries_of
-from ftac_gym.policies import Policy, resolve
-from ftac_gym.policies.resolve import TUNED
+from ftac_gym.policies import TUNED, Policy, resolve
 from ftac_gym.report import write_report
 from ftac_gym.report.comparison import drawings, tables, write_comparison
 from ftac_gym.scenarios import SPLITS, frozen
@@ -274,7 +273,7 @@ def main(config: Config) -> None:
         )
     shown = {name: counted(config, item) for name, item in drawn.items()}
     console.print("bootstrap intervals ...")
-    rows = {name: compare(items, config.reference, shown[name].feasible) for name, items in evaluations.items()}
+    rows = {name: tabulate(items, config.reference, shown[name].feasible) for name, items in evaluations.items()}
     found = tables(evaluations, rows, shown, config.reference, "all" if config.count_infeasible else "feasible")
     # A narrower table of many policies would cut off the kinds of faults.
     wide = Console(width=max(console.width, 130, 60 + 18 * len(flown)))

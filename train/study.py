@@ -21,8 +21,8 @@ from tqdm import tqdm
 
 from ftac_gym import scenarios
 from ftac_gym.evaluation.benchmark import Benchmark, entries_of, fly, frozen_episodes
-from ftac_gym.evaluation.compare import statistic_of
 from ftac_gym.evaluation.files import write_rows
+from ftac_gym.evaluation.rows import statistic_of
 from ftac_gym.evaluation.statistics import estimate, paired_difference
 from ftac_gym.evaluation.tables import Cells, markdown, number, verdict
 from ftac_gym.training.checkpoints import CONTENT_FILE, checkpoints

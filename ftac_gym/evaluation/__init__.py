@@ -1,12 +1,14 @@
 """Rollouts, metrics, statistics, comparisons, benchmarks and tuning."""
 
 from ftac_gym.evaluation.batches import Evaluation, evaluate
-from ftac_gym.evaluation.compare import Row, compare, fault_classes
+from ftac_gym.evaluation.comparison import Comparison, compare
 from ftac_gym.evaluation.metrics import Rollout, episode_metrics, summarize
 from ftac_gym.evaluation.rollout import rollout
+from ftac_gym.evaluation.rows import Row, fault_classes, tabulate
 from ftac_gym.evaluation.statistics import Estimate, estimate, interquartile_mean, paired_difference
 
 __all__ = [
+    "Comparison",
     "Estimate",
     "Evaluation",
     "Rollout",
@@ -20,4 +22,5 @@ __all__ = [
     "paired_difference",
     "rollout",
     "summarize",
+    "tabulate",
 ]

@@ -13,11 +13,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.dynamics.divergence import DivergenceError
+from ftac_gym.evaluation.episodes import FEASIBLE, judging_episodes, scenario_of
 from ftac_gym.evaluation.identity import identity
 from ftac_gym.evaluation.metrics import UNITS, Metrics
 from ftac_gym.evaluation.rollout import rollout
 from ftac_gym.evaluation.threads import one_torch_thread
-from ftac_gym.policies import DeferredBaseline, Policy, PolicyRunner, resolve
+from ftac_gym.policies import DeferredBaseline, Policy, PolicyRunner, policy_label, resolve
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.files import reading, reason_of, replacing
@@ -192,9 +193,9 @@ def joined(name: str, results: Sequence[BatchResult]) -> Evaluation:
 
 
 def evaluate(
-    scenario: Scenario,
+    scenario: Scenario | str,
     policy: Any,
-    episodes: Episodes,
+    episodes: Episodes | int = FEASIBLE,
     name: str | None = None,
     folder: Path | None = None,
     progress: Callable[[int], None] | None = None,
@@ -204,11 +205,12 @@ def evaluate(
     Parameters
     ----------
     scenario
-        The task.
+        The task, or its name.
     policy
         See :func:`~ftac_gym.policies.resolve`.
     episodes
-        The episodes.
+        Episodes, or the number of feasible ones: those of the frozen list for a split, and drawn ones otherwise
+        (:func:`~ftac_gym.evaluation.episodes.judging_episodes`).
     name
         Name for tables; the default is the policy's own.
     folder
@@ -229,17 +231,17 @@ def evaluate(
     SampledInstability
         If the control period is too long for the gains of a baseline.
     """
-    shown, results = name if name is not None else str(policy), []
-    resolved = resolve(policy, scenario.name)
+    task, shown, results = scenario_of(scenario), name if name is not None else policy_label(policy), []
+    resolved = resolve(policy, task.name)
     if isinstance(resolved, DeferredBaseline):
-        resolved.check_period(scenario)
-    for batch in batches(scenario, resolved, episodes, folder):
+        resolved.check_period(task)
+    for batch in batches(task, resolved, judging_episodes(task, episodes), folder):
         result = batch.read()
         if result is None:
             try:
                 result = batch.fly()
             except FlightError as error:
-                raise FlightError(f"{shown} in {scenario.name}: {error}") from error
+                raise FlightError(f"{shown} in {task.name}: {error}") from error
             batch.write(result)
         results.append(result)
         if progress is not None:

@@ -11,8 +11,8 @@ from ftac_gym.agents.shipped import agent_folders, training_curve
 from ftac_gym.agents.storage import read_card
 from ftac_gym.baselines import tuned
 from ftac_gym.baselines.custom import label
-from ftac_gym.policies import DeferredBaseline, Policy, PolicyRunner, resolve
-from ftac_gym.policies.resolve import TUNED, agent_path
+from ftac_gym.policies import TUNED, DeferredBaseline, Policy, PolicyRunner, resolve
+from ftac_gym.policies.resolve import agent_path
 from ftac_gym.scenarios import SPLITS
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import fields_named, require

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from ftac_gym.evaluation.batches import Evaluation
-from ftac_gym.evaluation.compare import Row, fault_classes
 from ftac_gym.evaluation.metrics import UNITS
+from ftac_gym.evaluation.rows import Row, fault_classes
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.utils.files import replacing, write_text
 

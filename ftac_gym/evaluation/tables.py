@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.evaluation.batches import Evaluation
-from ftac_gym.evaluation.compare import Row, fault_classes
 from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, UNITS, share_of
+from ftac_gym.evaluation.rows import Row, fault_classes
 from ftac_gym.evaluation.statistics import Estimate
 from ftac_gym.task.episodes import Episodes
 

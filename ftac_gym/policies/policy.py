@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -10,10 +11,14 @@ import numpy.typing as npt
 from gymnasium.vector import VectorEnv
 
 from ftac_gym import baselines
+from ftac_gym.baselines.custom import label
 from ftac_gym.baselines.sampling import warn_of_long_period
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray
+
+TUNED = " tuned"
+"""Suffix of a baseline's name that selects its tuned gains."""
 
 
 class Policy(Protocol):
@@ -115,3 +120,13 @@ def _predict_each(
 ) -> tuple[npt.NDArray[Any], None]:
     """Return the actions of a function of single observations."""
     return np.stack([np.asarray(function(row)) for row in observation]), None
+
+
+def policy_label(policy: Any) -> str:
+    """Return the name of a policy in messages and tables: its text, its own name, or that of its class."""
+    if isinstance(policy, (str, Path)):
+        return str(policy)
+    if isinstance(policy, DeferredBaseline):
+        return label(policy.name) + (TUNED if policy.gains == "tuned" else "")
+    name = getattr(policy, "__name__", None) or getattr(policy, "name", None)
+    return name if isinstance(name, str) else type(policy).__name__

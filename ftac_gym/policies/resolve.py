@@ -8,14 +8,11 @@ from ftac_gym import baselines
 from ftac_gym.agents.agent import Agent
 from ftac_gym.agents.shipped import SHIPPED, best_agent, designs
 from ftac_gym.baselines.registry import known_names
-from ftac_gym.policies.policy import DeferredBaseline, DirectPolicy, Policy
+from ftac_gym.policies.policy import TUNED, DeferredBaseline, DirectPolicy, Policy
 from ftac_gym.utils.parameters import require
 
 AGENT = "agent"
 """Name of the shipped residual of a scenario, or of the flagship's if the scenario has none."""
-
-TUNED = " tuned"
-"""Suffix of a baseline's name that selects its tuned gains."""
 
 
 def resolve(policy: Any, scenario: str = "flagship", gains: str = "default") -> Policy:

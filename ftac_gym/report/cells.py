@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from ftac_gym.evaluation import tables
-from ftac_gym.evaluation.compare import Row
 from ftac_gym.evaluation.metrics import share_of
+from ftac_gym.evaluation.rows import Row
 from ftac_gym.evaluation.statistics import Estimate
 
 MINUS = "\N{MINUS SIGN}"

@@ -49,7 +49,7 @@ def tables(
     evaluations
         One per policy, by scenario; metrics are shown of the first scenario.
     rows
-        Their estimates and differences (:func:`~ftac_gym.evaluation.compare`).
+        Their estimates and differences (:func:`~ftac_gym.evaluation.tabulate`).
     episodes
         The episodes of each scenario, feasible where they count.
     reference

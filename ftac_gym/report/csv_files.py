@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ftac_gym.evaluation.compare import fault_classes
 from ftac_gym.evaluation.files import write_rows
 from ftac_gym.evaluation.metrics import UNITS
+from ftac_gym.evaluation.rows import fault_classes
 from ftac_gym.evaluation.statistics import Estimate
 from ftac_gym.report.results import Results
 

@@ -9,8 +9,7 @@ from typing import Any
 
 from ftac_gym import baselines
 from ftac_gym.evaluation.entries import Entry
-from ftac_gym.policies import DeferredBaseline
-from ftac_gym.policies.resolve import TUNED
+from ftac_gym.policies import TUNED, DeferredBaseline
 from ftac_gym.report.cells import UNKNOWN, Cell
 
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from ftac_gym.evaluation import statistics
 from ftac_gym.evaluation.benchmark import Benchmark
-from ftac_gym.evaluation.compare import Row
 from ftac_gym.evaluation.entries import Entry
 from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, SHARES
+from ftac_gym.evaluation.rows import Row
 from ftac_gym.evaluation.statistics import Curve, Estimate, interquartile_mean, mean
 from ftac_gym.evaluation.tables import episode_classes, judgement, ordered
 from ftac_gym.task.scenario import Scenario

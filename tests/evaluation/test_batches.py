@@ -19,7 +19,7 @@ from helpers.untrained_agents import write_agent
 
 from ftac_gym.agents.agent import Interface
 from ftac_gym.baselines import tuned
-from ftac_gym.evaluation import compare, evaluate, identity
+from ftac_gym.evaluation import evaluate, identity, tabulate
 from ftac_gym.evaluation.batches import batches
 from ftac_gym.evaluation.files import write_episodes, write_summary
 from ftac_gym.faults import FaultDistribution
@@ -149,7 +149,7 @@ def kept(folder):
     episodes = EPISODES["flagship"]
     items = [evaluate(FLAGSHIP, name, episodes, name, folder / "batches") for name in ("pd", "pd_dob")]
     write_episodes(folder / "episodes.csv", items, episodes)
-    write_summary(folder / "summary.csv", compare(items, "pd", episodes.feasible))
+    write_summary(folder / "summary.csv", tabulate(items, "pd", episodes.feasible))
     return [(folder / f"{name}.csv").read_bytes() for name in ("episodes", "summary")]
 
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from ftac_gym import scenarios
-from ftac_gym.evaluation import compare
+from ftac_gym.evaluation import tabulate
 from ftac_gym.evaluation.batches import Evaluation
-from ftac_gym.evaluation.compare import TABLE_METRICS
 from ftac_gym.evaluation.metrics import described
+from ftac_gym.evaluation.rows import TABLE_METRICS
 from ftac_gym.evaluation.statistics import Estimate
 from ftac_gym.evaluation.tables import kind_table, markdown, metric_tables, number, split_table, verdict
 
@@ -21,7 +21,7 @@ def flown(policy, success):
 
 
 EVALUATIONS = {name: [flown("good", 1.0), flown("bad", 0.0)] for name in EPISODES}
-ROWS = {name: compare(items, "bad", EPISODES[name].feasible) for name, items in EVALUATIONS.items()}
+ROWS = {name: tabulate(items, "bad", EPISODES[name].feasible) for name, items in EVALUATIONS.items()}
 
 
 def test_numbers():
@@ -39,7 +39,7 @@ def test_metrics_that_are_not_defined_for_all_have_their_number_beside_them():
     for item, missing in ((good, [3, 4, 5]), (bad, [4, 9])):
         for metric in ("recovery_time", "peak_after_fault"):
             item.metrics[metric][missing] = np.nan
-    rows = compare([good, bad], "bad", np.ones(COUNT, dtype=bool))
+    rows = tabulate([good, bad], "bad", np.ones(COUNT, dtype=bool))
     estimates, differences = metric_tables(rows, "bad")
     for heading, *cells in estimates[1:]:
         partly = heading.startswith(("recovery", "peak"))

@@ -7,9 +7,9 @@ import pytest
 
 from ftac_gym import scenarios
 from ftac_gym.attitude import quaternion_from_rotation_vector, quaternion_product
-from ftac_gym.evaluation import compare, episode_metrics, evaluate, rollout, summarize
-from ftac_gym.evaluation.compare import TABLE_METRICS
+from ftac_gym.evaluation import episode_metrics, evaluate, rollout, summarize, tabulate
 from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, SHARES, UNITS, Rollout
+from ftac_gym.evaluation.rows import TABLE_METRICS
 from ftac_gym.evaluation.tables import metric_tables
 from ftac_gym.task.scenario import SuccessCriterion
 
@@ -182,7 +182,7 @@ def evaluations():
 
 def test_tables_show_vibration_for_flexible_spacecraft_only(evaluations):
     for name, (results, _) in evaluations.items():
-        rows = compare(results, "pd", np.ones(6, dtype=bool))
+        rows = tabulate(results, "pd", np.ones(6, dtype=bool))
         shown = [metric for metric in rows[0].estimates if metric in VIBRATION]
         assert shown == (list(VIBRATION) if name == FLEXIBLE.name else [])
         assert [list(row.estimates) for row in rows[1:]] == [list(rows[0].estimates)]

@@ -13,8 +13,8 @@ from ftac_gym import scenarios
 from ftac_gym.agents.agent import Agent
 from ftac_gym.agents.shipped import SHIPPED
 from ftac_gym.evaluation import rollout
-from ftac_gym.evaluation.compare import TABLE_METRICS
 from ftac_gym.evaluation.metrics import UNITS
+from ftac_gym.evaluation.rows import TABLE_METRICS
 from ftac_gym.report import comparison
 from ftac_gym.scenarios import frozen
 

@@ -1,4 +1,4 @@
-"""Comparison of policies on identical episodes."""
+"""Rows of tables: estimates of policies and their differences to a reference, over identical episodes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -59,7 +59,7 @@ def statistic_of(metric: str) -> Statistic:
     return mean if metric in (*SHARES, ERROR_AND_VIBRATION) else interquartile_mean
 
 
-def compare(evaluations: list[Evaluation], reference: str, chosen: npt.NDArray[np.bool_]) -> list[Row]:
+def tabulate(evaluations: list[Evaluation], reference: str, chosen: npt.NDArray[np.bool_]) -> list[Row]:
     """Tabulate policies over some of the episodes.
 
     Parameters

@@ -1,0 +1,58 @@
+"""Episodes on which policies are judged: the frozen list of a split, or episodes drawn from the seed of tests."""
+
+from ftac_gym import scenarios
+from ftac_gym.scenarios import SPLITS, frozen
+from ftac_gym.task.episodes import Episodes
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import require, whole
+
+FEASIBLE = 100
+"""Feasible episodes of an evaluation that names none."""
+
+
+def judging_episodes(scenario: Scenario, episodes: Episodes | int = FEASIBLE) -> Episodes:
+    """Return the episodes on which policies are judged.
+
+    Parameters
+    ----------
+    scenario
+        The task.
+    episodes
+        Episodes, which are returned; or the number of feasible ones. A split of the flagship, as it is in the library,
+        has those of its frozen list. Other scenarios have those drawn from the seed 10000. The infeasible ones between
+        them are returned too.
+
+    Raises
+    ------
+    ValueError
+        If the number is not a positive integer, the frozen list is shorter, or too few episodes of the scenario are
+        feasible.
+    """
+    if isinstance(episodes, Episodes):
+        return episodes
+    feasible = whole(episodes, 1, "episodes")
+    if is_split(scenario):
+        return frozen.load(scenario.name, feasible)
+    try:
+        return frozen.draw_feasible(scenario, frozen.FIRST_SEED, feasible)
+    except ValueError as error:
+        raise ValueError(f"{error}; give episodes, for example scenario.draw(0, {feasible})") from None
+
+
+def is_split(scenario: Scenario) -> bool:
+    """Tell whether a scenario is a split of the flagship as it is in the library, so that a frozen list is its own."""
+    return scenario.name in SPLITS and scenarios.get(scenario.name).to_json() == scenario.to_json()
+
+
+def scenario_of(scenario: Scenario | str) -> Scenario:
+    """Return a scenario that is given as an object or by its name.
+
+    Raises
+    ------
+    ValueError
+        If it is neither, or the name is unknown.
+    """
+    if isinstance(scenario, str):
+        return scenarios.get(scenario)
+    require(isinstance(scenario, Scenario), "scenario", "must be a Scenario or its name", scenario)
+    return scenario
