@@ -17,6 +17,8 @@ from ftac_gym.baselines.gains import merged, nested
 from ftac_gym.utils.files import reading
 from ftac_gym.utils.parameters import require
 
+CONFIGS = Path(__file__).parent / "configs"
+"""Folder of the files of hyperparameters, one for each algorithm."""
 ALGORITHMS = ("ppo", "recurrent_ppo", "sac", "tqc")
 SCHEDULED = ("learning_rate", "clip_range")
 """Hyperparameters that may be ``lin_VALUE``: falling to zero over the run."""

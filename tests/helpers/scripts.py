@@ -1,6 +1,6 @@
 """Scripts of ``train/``, as processes and as modules."""
 
-import importlib.util
+import importlib
 import subprocess
 import sys
 from pathlib import Path
@@ -26,9 +26,5 @@ def run(script, *arguments, folder):
 
 
 def module_of(script):
-    """Import a script without running it."""
-    spec = importlib.util.spec_from_file_location(f"script_{script}", SCRIPTS / f"{script}.py")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
+    """Return the program of a script as a module."""
+    return importlib.import_module(f"ftac_gym.cli.{script}")

@@ -1,7 +1,5 @@
 """Hyperparameters: files in the format of RL Baselines3 Zoo, changes, and refusals."""
 
-from pathlib import Path
-
 import gymnasium as gym
 import pytest
 from stable_baselines3.common.utils import LinearSchedule
@@ -10,13 +8,12 @@ from ftac_gym import baselines
 from ftac_gym.agents.interface import Interface
 from ftac_gym.training.hyperparameters import (
     ALGORITHMS,
+    CONFIGS,
     parse_assignments,
     read_hyperparameters,
     with_base_gains,
     wrappers_from_text,
 )
-
-CONFIGS = Path(__file__).parents[2] / "train" / "configs"
 
 FILE = """
 default:

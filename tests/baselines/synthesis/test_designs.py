@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.flexible_spacecraft import INERTIA, PYRAMID, li_spacecraft, random_appendages
+from helpers.scripts import module_of
 
 from ftac_gym import scenarios
 from ftac_gym.baselines import synthesis
@@ -182,11 +183,7 @@ def test_shape_of_controller_gains_is_checked():
 
 @NEEDS_SOLVER
 def test_script_keeps_what_it_solves(tmp_path, monkeypatch, capsys):
-    path = Path(__file__).parents[3] / "train" / "synthesize.py"
-    spec = importlib.util.spec_from_file_location("script_synthesize", path)
-    script = importlib.util.module_from_spec(spec)
-    monkeypatch.setitem(sys.modules, spec.name, script)
-    spec.loader.exec_module(script)
+    script = module_of("synthesize")
     small = scenarios.get("flexible").replace(spacecraft=SMALL)
     monkeypatch.setattr(script.scenarios, "get", lambda name: {"small": small}[name])
     monkeypatch.setattr(script.synthesis, "__file__", str(tmp_path / "__init__.py"))

@@ -1,0 +1,1 @@
+"""Programs of the command line: training, evaluation, tuning, reproduction, viewing, studies, synthesis, conversion."""

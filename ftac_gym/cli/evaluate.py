@@ -1,0 +1,294 @@
+"""Compare policies on identical episodes: tables by fault kind and by split, CSV files, plots and a report.
+
+The flagship and its splits are flown on their frozen test episodes. With --benchmark, all baselines that fit and all
+shipped agents fly all splits in parallel. Baselines have default and tuned gains, agents all their training seeds. The
+result is an HTML report with ranks and paired differences.
+
+Finished batches are stored in the output folder, and a killed evaluation continues after them. A policy that fails in
+flight is named with its episode and left out of the tables; the others go on, and the exit status says that one failed.
+
+For example:
+
+    python train/evaluate.py
+    python train/evaluate.py --policies agent pd_dob --episodes 200
+    python train/evaluate.py --policies agent pd_dob "nftsm tuned" "nftsm_observer tuned"
+    python train/evaluate.py --benchmark
+    python train/evaluate.py --benchmark --policies agent pd_dob runs/five --episodes 100 --backend ray
+    python train/evaluate.py --policies runs/my_run/agent agent pd_dob --reference agent
+    python train/evaluate.py --seed 3 --episodes 100
+"""
+
+from concurrent.futures import BrokenExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from rich.console import Console
+
+from ftac_gym import baselines, scenarios
+from ftac_gym.agents.shipped import designs
+from ftac_gym.baselines import tuned
+from ftac_gym.evaluation import Evaluation, evaluate, tabulate
+from ftac_gym.evaluation.batches import FlightError
+from ftac_gym.evaluation.benchmark import fly
+from ftac_gym.evaluation.entries import ALL, check_fit, entries_of
+from ftac_gym.policies import TUNED, Policy, resolve
+from ftac_gym.report import write_report
+from ftac_gym.report.comparison import drawings, tables, write_comparison
+from ftac_gym.scenarios import SPLITS, frozen
+from ftac_gym.task.episodes import Episodes
+from ftac_gym.utils.console import exit_on, one_line_warnings, print_line, progress_bar, show_table
+
+CLOSE = ("agent", "flagship_telemetry", "flagship_direct", "pd_dob", "pd", "nftsm_observer tuned", "nftsm tuned")
+"""The shipped agents of the flagship, and the baselines that come closest to them."""
+
+REFUSED = {
+    True: {
+        "gains": 'write "NAME tuned" among the policies for tuned gains',
+        "count_infeasible": "its episodes are labelled, and infeasible ones are counted apart",
+        "seed": "its episodes are the frozen ones",
+        "detail": "its report has commands that draw single episodes",
+    },
+    False: {"backend": "one process flies a comparison", "workers": "one process flies a comparison"},
+}
+"""Options without an effect, with --benchmark and without, and the reason."""
+
+
+@dataclass(frozen=True)
+class Config:
+    """A comparison."""
+
+    policies: tuple[str, ...] = ()
+    """Policies to compare: a shipped agent or a baseline by name, "NAME tuned" for its tuned gains, "module:Class" for
+    a custom baseline, the path of an agent. "agent" is the shipped residual of the scenario
+    or of the flagship. By default the shipped agents and the baselines that come closest."""
+    benchmark: bool = False
+    """Fly all baselines and agents through the flagship and its splits, and write an HTML report."""
+    backend: Literal["local", "ray"] = "local"
+    """Backend of the benchmark: processes of this machine, or a Ray cluster (extra "cluster")."""
+    workers: int = -1
+    """Parallel processes of the benchmark; -1 for all cores."""
+    gains: Literal["default", "tuned"] = "default"
+    """Gains of the baselines among the policies; agents have the base that they were trained with."""
+    reference: str = "pd_dob"
+    """The policy that the others are compared with, episode by episode."""
+    scenario: str = "flagship"
+    """Scenario of the tables of metrics and of the figures."""
+    splits: tuple[str, ...] = SPLITS[1:]
+    """Further scenarios for the tables by split and by fault kind; none if given without names."""
+    episodes: int = 500
+    """Feasible episodes of each scenario; infeasible ones between them are flown too and counted apart."""
+    count_infeasible: bool = False
+    """Count every episode as feasible: the label is conservative, and some papers' examples do not have it."""
+    seed: int | None = None
+    """Seed of the episodes; by default the frozen lists of the flagship's splits, and 10000 for other scenarios."""
+    detail: int | None = None
+    """Episode to draw in detail; by default the first feasible one with the onset of a bias on target."""
+    output: Path = Path("results")
+    """Folder for the results; each scenario has a folder in it, or in the folder "tuned" in it with tuned gains."""
+
+    @property
+    def reports(self) -> Path:
+        """Folder of tables and figures: those of tuned gains do not replace those of default ones."""
+        return self.output if self.gains == "default" else self.output / self.gains
+
+    @property
+    def first_seed(self) -> int:
+        """Seed of drawn episodes."""
+        return frozen.FIRST_SEED if self.seed is None else self.seed
+
+    @property
+    def contenders(self) -> tuple[str, ...]:
+        """The policies, or those of the default."""
+        if self.policies:
+            return self.policies
+        if self.benchmark:
+            return (ALL, *(name for name in designs() if name.startswith("flagship")))
+        return CLOSE if self.scenario in SPLITS else ("agent", "pd_dob", "pd")
+
+
+def check_options(config: Config) -> None:
+    """Refuse options that would have no effect, and unknown scenarios."""
+    for name, reason in REFUSED[config.benchmark].items():
+        if getattr(config, name) != getattr(Config, name):
+            option, mode = name.replace("_", "-"), "with" if config.benchmark else "without"
+            raise SystemExit(f"--{option} has no effect {mode} --benchmark: {reason}")
+    known = list(SPLITS) if config.benchmark else scenarios.names()
+    for option, names in (("scenario", (config.scenario,)), ("splits", config.splits)):
+        for name in names:
+            if name not in known:
+                raise SystemExit(f"--{option}: {name!r} is none of {known}")
+
+
+def resolved(config: Config) -> dict[str, Policy]:
+    """Return the policies by their names in the tables; refuse those that do not fit before any flight."""
+    tasks = [scenarios.get(name) for name in (config.scenario, *config.splits)]
+    found = {}
+    try:
+        for name in config.contenders:
+            found[name] = resolve(name, config.scenario, config.gains)
+    except ValueError as error:
+        raise SystemExit(f"--{'gains' if str(error).startswith('gains') else 'policies'}: {error}") from None
+    for name, policy in found.items():
+        with exit_on(ValueError, prefix=f"--policies: {name}: "):
+            check_fit(policy, tasks)
+    return found
+
+
+def gains_used(config: Config) -> str:
+    """Return a line with the gains of the baselines, and the origin of tuned ones."""
+    found = []
+    for policy in sorted(set(config.contenders)):
+        name = policy.removesuffix(TUNED)
+        if name not in baselines.names():
+            continue
+        if policy == name and config.gains == "default":
+            found.append(f"{name} default")
+        else:
+            source = tuned.record(name)["provenance"]
+            found.append(f"{name} tuned by {source['trials']} trials on {source['scenario']}")
+    return f"gains of the baselines: {', '.join(found) or 'none among the policies'}"
+
+
+def draw(config: Config, name: str) -> Episodes:
+    """Return the episodes of a scenario."""
+    try:
+        if config.count_infeasible:
+            return scenarios.get(name).draw(config.first_seed, config.episodes)
+        if config.seed is None and name in SPLITS:
+            return frozen.load(name, config.episodes)
+        return frozen.draw_feasible(scenarios.get(name), config.first_seed, config.episodes)
+    except ValueError as error:
+        hint = " (--count-infeasible counts them all)" if "feasible episodes" in str(error) else ""
+        raise SystemExit(f"--episodes: {error}{hint}") from None
+
+
+def counted(config: Config, episodes: Episodes) -> Episodes:
+    """Return the episodes as the tables count them."""
+    return replace(episodes, feasible=np.ones_like(episodes.feasible)) if config.count_infeasible else episodes
+
+
+def all_drawn(config: Config) -> dict[str, Episodes]:
+    """Return the episodes of all scenarios, that of the figures first."""
+    return {name: draw(config, name) for name in dict.fromkeys((config.scenario, *config.splits))}
+
+
+def run(
+    config: Config, flown: dict[str, Policy], drawn: dict[str, Episodes], console: Console
+) -> tuple[dict[str, list[Evaluation]], list[str]]:
+    """Fly all policies through all scenarios, with progress.
+
+    Returns
+    -------
+    Evaluations by scenario of the policies that did not fail, and a line about each other one.
+    """
+    found: dict[str, dict[str, Evaluation]] = {}
+    failures: dict[str, str] = {}
+    with progress_bar(console) as progress, one_line_warnings(partial(print_line, progress.console)):
+        for scenario, episodes in drawn.items():
+            bar = progress.add_task(scenario, total=len(episodes) * len(flown))
+            task, folder = scenarios.get(scenario), config.output / scenario / "batches"
+            found[scenario] = {}
+            for name, policy in flown.items():
+                if name in failures:
+                    continue
+                try:
+                    found[scenario][name] = evaluate(
+                        task, policy, episodes, name, folder, partial(progress.advance, bar)
+                    )
+                except FlightError as error:
+                    failures[name] = str(error)
+                    print_line(progress.console, failures[name])
+    remaining = {name: [item for key, item in items.items() if key not in failures] for name, items in found.items()}
+    return remaining, list(failures.values())
+
+
+def run_benchmark(config: Config, console: Console) -> None:
+    """Fly the policies through the flagship and its splits."""
+    folder, episodes = config.output / "benchmark", all_drawn(config)
+    with exit_on(ValueError, ImportError, prefix="--benchmark: "), exit_on(BrokenExecutor, prefix="not finished: "):
+        entries = entries_of(config.contenders, scenarios.get("flagship"))
+        flights = sum(len(entry.policies) for entry in entries) * sum(map(len, episodes.values()))
+        console.print(f"{len(entries)} entries, {len(episodes)} splits, {flights} episodes")
+        with progress_bar(console) as progress, one_line_warnings(partial(print_line, progress.console)):
+            task = progress.add_task("flying", total=flights)
+            result = fly(
+                entries, episodes, config.reference, folder, config.backend, config.workers,
+                lambda _split, _entry, count: progress.advance(task, count),
+            )  # fmt: skip
+    if result.episodes_flown:
+        rate = result.episodes_flown / result.seconds
+        console.print(f"flew {result.episodes_flown} episodes in {result.seconds:.0f} s: {rate:.0f} episodes/s")
+    console.print("bootstrap intervals, figures and report ...")
+    with exit_on(ValueError, prefix="--output: "):
+        console.print(f"wrote {write_report(result, folder)}, CSV files and figures beside it")
+    end(list(result.failures.values()))
+
+
+def end(failures: list[str]) -> None:
+    """End with a line about each failure, if there is one."""
+    if failures:
+        raise SystemExit("\n".join(left_out(failures)))
+
+
+def left_out(failures: list[str]) -> list[str]:
+    """Return lines about policies that are not in the tables."""
+    return [f"left out of the tables: {line}" for line in failures]
+
+
+def origin(config: Config, drawn: dict[str, Episodes]) -> list[str]:
+    """Return lines with the origin of the episodes and of the gains."""
+    frozen_lists = SPLITS if config.seed is None and not config.count_infeasible else ()
+    lines = [
+        f"{name}: {len(item)} episodes ({'frozen' if name in frozen_lists else f'seed {config.first_seed}'}), "
+        f"{int(item.feasible.sum())} of them feasible, digest {item.digest()[:12]}"
+        for name, item in drawn.items()
+    ]
+    return [*lines, gains_used(config)]
+
+
+def main(config: Config) -> None:
+    """Compare the policies."""
+    console = Console()
+    check_options(config)
+    if config.benchmark:
+        run_benchmark(config, console)
+        return
+    flown = resolved(config)
+    if config.reference not in flown:
+        raise SystemExit(f"--reference: {config.reference!r} is not among the policies {list(flown)}")
+    drawn = all_drawn(config)
+    episodes = drawn[config.scenario]
+    if config.detail is not None and not 0 <= config.detail < len(episodes):
+        raise SystemExit(f"--detail: {config.detail} is none of the {len(episodes)} episodes")
+    lines = origin(config, drawn)
+    console.print("\n".join(lines))
+    evaluations, failures = run(config, flown, drawn, console)
+    flown = {item.policy: flown[item.policy] for item in evaluations[config.scenario]}
+    if config.reference not in flown:
+        raise SystemExit(
+            "\n".join([*failures, f"--reference: {config.reference} failed: there is nothing to compare with"])
+        )
+    shown = {name: counted(config, item) for name, item in drawn.items()}
+    console.print("bootstrap intervals ...")
+    rows = {name: tabulate(items, config.reference, shown[name].feasible) for name, items in evaluations.items()}
+    found = tables(evaluations, rows, shown, config.reference, "all" if config.count_infeasible else "feasible")
+    # A narrower table of many policies would cut off the kinds of faults.
+    wide = Console(width=max(console.width, 130, 60 + 18 * len(flown)))
+    for title, cells in found.items():
+        show_table(wide, cells, title)
+    console.print("figures ...")
+    with one_line_warnings(partial(print_line, console)):
+        figures = drawings(
+            scenarios.get(config.scenario), flown, config.reference, evaluations[config.scenario], episodes,
+            shown[config.scenario].feasible, config.detail,
+        )  # fmt: skip
+    with exit_on(ValueError, prefix="--output: "):
+        report = write_comparison(
+            config.reports, evaluations, rows, drawn, [*lines, *left_out(failures)], found, figures
+        )
+    pictures = ", ".join(f"{name}.png" for name in figures)
+    console.print(f"wrote {report}, {pictures}, and episodes.csv and summary.csv for each scenario")
+    end(failures)
