@@ -16,6 +16,7 @@ from page_parts import class_link, field_table, field_values, markdown, section,
 from ftac_gym import baselines, scenarios
 from ftac_gym.envs import SpacecraftFTCEnv, observation, reward
 from ftac_gym.faults import FaultSchedule
+from ftac_gym.scenarios import library
 from ftac_gym.task.scenario import Scenario
 
 PICTURE_TIME = 8.0
@@ -77,7 +78,7 @@ def fault_table(scenario: Scenario) -> str:
 
 def page(environment_id: str, name: str) -> str:
     """Return the page of an environment id."""
-    scenario, builder = scenarios.get(name), inspect.getmodule(scenarios._BUILDERS[name])
+    scenario, builder = scenarios.get(name), inspect.getmodule(library.BUILDERS[name])
     parts = {item.name: getattr(scenario, item.name) for item in dataclasses.fields(scenario)}
     off = ", ".join(f"`{part}`" for part, value in parts.items() if value is None)
     parts = {part: value for part, value in parts.items() if dataclasses.is_dataclass(value)}

@@ -9,8 +9,8 @@ from typing import Any
 
 from ftac_gym import baselines, wrappers
 from ftac_gym.baselines import observers
-from ftac_gym.baselines.custom import is_path
 from ftac_gym.baselines.gains import Gains, offered
+from ftac_gym.utils.importing import is_path
 from ftac_gym.utils.parameters import fields_named, is_number, require
 from ftac_gym.utils.sizes import check_size
 from ftac_gym.wrappers.fault_estimate import SOURCES

@@ -5,21 +5,15 @@ from __future__ import annotations
 from importlib import import_module
 
 from ftac_gym.baselines.baseline import Baseline
+from ftac_gym.utils.importing import imported
 from ftac_gym.utils.parameters import require
 
 BaselineLike = str | type[Baseline]
 """A baseline: its name, the class of a custom one, or the path ``"module:Class"`` of that class."""
 
 
-def is_path(name: str) -> bool:
-    """Tell whether a text is a path ``"module:Class"``."""
-    module, colon, name = name.partition(":")
-    # A single letter before the colon may be a drive of Windows.
-    return bool(colon) and len(module) > 1 and all(part.isidentifier() for part in (*module.split("."), name))
-
-
-def imported(path: str) -> type[Baseline]:
-    """Return the class at a path ``"module:Class"``; its module is imported, as ``gym.make("module:Id-v0")`` does.
+def baseline_at(path: str) -> type[Baseline]:
+    """Return the class at a path ``"module:Class"``; see :func:`~ftac_gym.utils.importing.imported`.
 
     Raises
     ------
@@ -27,17 +21,10 @@ def imported(path: str) -> type[Baseline]:
         If there is no such module, it has no such class, or the class does not derive from
         :class:`~ftac_gym.baselines.Baseline`.
     """
-    module, _, name = path.partition(":")
-    try:
-        found = getattr(import_module(module), name, None)
-    except ModuleNotFoundError as error:
-        if error.name is None or not f"{module}.".startswith(f"{error.name}."):
-            raise  # The module exists, and imports another that does not.
-        rule = f"must be in a module that can be imported; there is no {error.name!r} in this folder or on PYTHONPATH"
-        raise ValueError(f"baseline {rule}, got {path!r}") from None
+    found = imported(path, "baseline")
     valid = isinstance(found, type) and issubclass(found, Baseline)
-    require(valid, "baseline", f"must name a class in {module} that derives from Baseline", path)
-    return found  # type: ignore[return-value]
+    require(valid, "baseline", f"must name a class in {path.partition(':')[0]} that derives from Baseline", path)
+    return found
 
 
 def path_of(baseline: BaselineLike) -> str:

@@ -30,9 +30,10 @@ from ftac_gym.baselines.controllers.shopd_plus import SHOPDPlus
 from ftac_gym.baselines.controllers.tsmc_class import TSMCClass
 from ftac_gym.baselines.controllers.zhang_zhou_stabilisation import ZhangZhouStabilisation
 from ftac_gym.baselines.controllers.zhang_zhou_tracking import ZhangZhouTracking
-from ftac_gym.baselines.custom import BaselineLike, imported, is_path
+from ftac_gym.baselines.custom import BaselineLike, baseline_at
 from ftac_gym.baselines.gains import SearchSpace, merged
 from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.importing import is_path
 from ftac_gym.utils.parameters import require
 
 GAINS = ("default", "tuned")
@@ -137,7 +138,7 @@ def _entry(name: BaselineLike) -> Entry:
         require(known, "baseline", "must be a name or a class that derives from Baseline, not an object of one", name)
         return Entry(name)
     if is_path(name):
-        return Entry(imported(name))
+        return Entry(baseline_at(name))
     rule = f'must be {known_names(name)}, or "module:Class" for a custom baseline'
     require(name in ENTRIES, "baseline", rule, name)
     return ENTRIES[name]

@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses
+import os
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,6 +12,7 @@ from ftac_gym import scenarios
 from ftac_gym.envs.batch import SpacecraftBatch
 from ftac_gym.envs.rendering.display import Display
 from ftac_gym.faults import FaultDistribution
+from ftac_gym.scenarios import ScenarioLike
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario, check_fields
@@ -18,15 +20,13 @@ from ftac_gym.utils.parameters import broken, require
 from ftac_gym.utils.serialization import to_plain
 
 
-def resolve_scenario(
-    scenario: Scenario | Mapping[str, Any] | str | None, default: str, changes: Mapping[str, Any], call: str
-) -> Scenario:
+def resolve_scenario(scenario: ScenarioLike | None, default: str, changes: Mapping[str, Any], call: str) -> Scenario:
     """Return the scenario that the arguments of ``gym.make`` describe.
 
     Parameters
     ----------
     scenario
-        A scenario, its plain dict, its JSON text, its name, or None for the default.
+        See :func:`ftac_gym.scenarios.resolve`; None for the default.
     default
         Name of the default scenario.
     changes
@@ -42,15 +42,7 @@ def resolve_scenario(
         If a name is unknown or a value breaks a rule.
     """
     check_fields(changes, call)
-    if scenario is None:
-        base = scenarios.get(default)
-    elif isinstance(scenario, Scenario):
-        base = scenario
-    elif isinstance(scenario, Mapping):
-        base = Scenario.from_dict(scenario)
-    else:
-        require(isinstance(scenario, str), "scenario", "must be a Scenario, its dict, JSON or name", scenario)
-        base = Scenario.from_json(scenario) if scenario.lstrip().startswith("{") else scenarios.get(scenario)
+    base = scenarios.resolve(default if scenario is None else scenario)
     return base.replace(**changes) if changes else base
 
 
@@ -98,6 +90,10 @@ class BatchEnvironment:
     def spec(self, value: EnvSpec | None) -> None:
         if value is not None:
             value.kwargs = {name: to_plain(item) for name, item in value.kwargs.items()}
+            source = value.kwargs.get("scenario")
+            if isinstance(source, (str, os.PathLike)) and not scenarios.is_shipped(source):
+                # Another process may not have the file, the function or the registered name.
+                value.kwargs["scenario"] = self.scenario.to_dict()
         self._spec = value
 
     @property

@@ -1,7 +1,6 @@
 """One faulty spacecraft as a Gymnasium environment."""
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 import gymnasium as gym
@@ -12,7 +11,7 @@ from ftac_gym.envs.base import BatchEnvironment, requested_episodes, resolve_sce
 from ftac_gym.envs.batch import SpacecraftBatch
 from ftac_gym.envs.rendering.display import RENDER_MODES
 from ftac_gym.envs.reward import TERMS, total
-from ftac_gym.task.scenario import Scenario
+from ftac_gym.scenarios import ScenarioLike
 from ftac_gym.utils.parameters import require
 
 Observation = npt.NDArray[np.float32]
@@ -72,7 +71,8 @@ class SpacecraftFTCEnv(BatchEnvironment, gym.Env[Observation, npt.NDArray[Any]])
     Parameters
     ----------
     scenario
-        A name, a :class:`~ftac_gym.task.scenario.Scenario`, or its dict or JSON text; None for the id's own.
+        A name, a file ``FILE.json``, ``"module:function"``, a :class:`~ftac_gym.task.scenario.Scenario`, or its dict or
+        JSON text, see :func:`ftac_gym.scenarios.resolve`; None for the id's own.
     observation
         Information tier.
     render_mode
@@ -98,7 +98,7 @@ class SpacecraftFTCEnv(BatchEnvironment, gym.Env[Observation, npt.NDArray[Any]])
 
     def __init__(
         self,
-        scenario: Scenario | Mapping[str, Any] | str | None = None,
+        scenario: ScenarioLike | None = None,
         observation: str = "attitude",
         render_mode: str | None = None,
         width: int = 640,

@@ -13,8 +13,8 @@ from ftac_gym.envs.base import BatchEnvironment, requested_episodes, resolve_sce
 from ftac_gym.envs.batch import BoolArray, SpacecraftBatch
 from ftac_gym.envs.rendering.display import RENDER_MODES
 from ftac_gym.envs.reward import TERMS, total
+from ftac_gym.scenarios import ScenarioLike
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, is_whole, require, whole
 
 Observation = npt.NDArray[np.float32]
@@ -59,7 +59,7 @@ class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArra
     def __init__(
         self,
         num_envs: int = 1,
-        scenario: Scenario | Mapping[str, Any] | str | None = None,
+        scenario: ScenarioLike | None = None,
         observation: str = "attitude",
         render_mode: str | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,

@@ -12,13 +12,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ftac_gym import scenarios
 from ftac_gym.dynamics.divergence import DivergenceError
-from ftac_gym.evaluation.episodes import FEASIBLE, judging_episodes, scenario_of
+from ftac_gym.evaluation.episodes import FEASIBLE, judging_episodes
 from ftac_gym.evaluation.identity import identity
 from ftac_gym.evaluation.metrics import UNITS, Metrics
 from ftac_gym.evaluation.rollout import rollout
 from ftac_gym.evaluation.threads import one_torch_thread
 from ftac_gym.policies import DeferredBaseline, Policy, PolicyRunner, policy_label, resolve
+from ftac_gym.scenarios import ScenarioLike
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.files import reading, reason_of, replacing
@@ -193,7 +195,7 @@ def joined(name: str, results: Sequence[BatchResult]) -> Evaluation:
 
 
 def evaluate(
-    scenario: Scenario | str,
+    scenario: ScenarioLike,
     policy: Any,
     episodes: Episodes | int = FEASIBLE,
     name: str | None = None,
@@ -205,7 +207,7 @@ def evaluate(
     Parameters
     ----------
     scenario
-        The task, or its name.
+        The task; see :func:`ftac_gym.scenarios.resolve`.
     policy
         See :func:`~ftac_gym.policies.resolve`.
     episodes
@@ -231,7 +233,7 @@ def evaluate(
     SampledInstability
         If the control period is too long for the gains of a baseline.
     """
-    task, shown, results = scenario_of(scenario), name if name is not None else policy_label(policy), []
+    task, shown, results = scenarios.resolve(scenario), name if name is not None else policy_label(policy), []
     resolved = resolve(policy, task.name)
     if isinstance(resolved, DeferredBaseline):
         resolved.check_period(task)

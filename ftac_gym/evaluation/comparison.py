@@ -9,12 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from ftac_gym import scenarios
 from ftac_gym.evaluation.batches import Evaluation, evaluate
 from ftac_gym.evaluation.entries import check_fit
-from ftac_gym.evaluation.episodes import FEASIBLE, judging_episodes, scenario_of
+from ftac_gym.evaluation.episodes import FEASIBLE, judging_episodes
 from ftac_gym.evaluation.rows import Row, tabulate
 from ftac_gym.evaluation.tables import Cells, markdown, metric_tables
 from ftac_gym.policies import policy_label, resolve
+from ftac_gym.scenarios import ScenarioLike
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import require
@@ -63,7 +65,7 @@ class Comparison:
 
 def compare(
     policies: Mapping[str, Any] | Sequence[Any],
-    scenario: Scenario | str = "flagship",
+    scenario: ScenarioLike = "flagship",
     reference: str | None = None,
     episodes: Episodes | int = FEASIBLE,
     count_infeasible: bool = False,
@@ -78,7 +80,7 @@ def compare(
         Policies by the names that they have in the tables; or a list of them, each with its own name. See
         :func:`~ftac_gym.policies.resolve` for what a policy can be.
     scenario
-        The task, or its name.
+        The task; see :func:`ftac_gym.scenarios.resolve`.
     reference
         Name of the policy that the others are compared with, episode by episode; the first by default.
     episodes
@@ -102,7 +104,7 @@ def compare(
     require(0 < len(named) == len(policies), "policies", "must be given, with names that differ", list(named))
     chosen = next(iter(named)) if reference is None else reference
     require(chosen in named, "reference", f"must be one of {list(named)}", chosen)
-    task = scenario_of(scenario)
+    task = scenarios.resolve(scenario)
     flown = {}
     for name, policy in named.items():
         try:

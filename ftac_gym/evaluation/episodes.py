@@ -4,7 +4,7 @@ from ftac_gym import scenarios
 from ftac_gym.scenarios import SPLITS, frozen
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import require, whole
+from ftac_gym.utils.parameters import whole
 
 FEASIBLE = 100
 """Feasible episodes of an evaluation that names none."""
@@ -42,17 +42,3 @@ def judging_episodes(scenario: Scenario, episodes: Episodes | int = FEASIBLE) ->
 def is_split(scenario: Scenario) -> bool:
     """Tell whether a scenario is a split of the flagship as it is in the library, so that a frozen list is its own."""
     return scenario.name in SPLITS and scenarios.get(scenario.name).to_json() == scenario.to_json()
-
-
-def scenario_of(scenario: Scenario | str) -> Scenario:
-    """Return a scenario that is given as an object or by its name.
-
-    Raises
-    ------
-    ValueError
-        If it is neither, or the name is unknown.
-    """
-    if isinstance(scenario, str):
-        return scenarios.get(scenario)
-    require(isinstance(scenario, Scenario), "scenario", "must be a Scenario or its name", scenario)
-    return scenario

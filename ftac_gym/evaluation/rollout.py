@@ -9,9 +9,9 @@ from ftac_gym import scenarios
 from ftac_gym.evaluation.metrics import Rollout
 from ftac_gym.policies.resolve import resolve
 from ftac_gym.policies.runner import PolicyRunner
+from ftac_gym.scenarios import ScenarioLike
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.fitting import fitted
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray
 
 Recorder = Callable[[int, PolicyRunner], None]
@@ -19,7 +19,7 @@ Recorder = Callable[[int, PolicyRunner], None]
 
 
 def rollout(
-    scenario: Scenario | str,
+    scenario: ScenarioLike,
     policy: Any,
     episodes: Episodes | None = None,
     seed: int = 0,
@@ -32,7 +32,7 @@ def rollout(
     Parameters
     ----------
     scenario
-        Scenario or its name.
+        The scenario, or what :func:`ftac_gym.scenarios.resolve` takes: its name, a file, a function, data.
     policy
         See :func:`~ftac_gym.policies.resolve`.
     episodes
@@ -51,7 +51,7 @@ def rollout(
     ValueError
         If a name is unknown, or the policy or the episodes do not fit the scenario.
     """
-    task = scenarios.get(scenario) if isinstance(scenario, str) else scenario
+    task = scenarios.resolve(scenario)
     drawn = task.draw(seed, count) if episodes is None else fitted(episodes, task)
     runner = PolicyRunner(task, resolve(policy, task.name), len(drawn), threads)
     runner.reset(drawn)

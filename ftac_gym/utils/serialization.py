@@ -24,8 +24,8 @@ Text from before the field existed thus stays the same.
 """
 
 _CLASSES: dict[str, type] = {}
-"""All serializable classes by name. It grows while modules are imported and is the only state of the process, next to
-Gymnasium's registry of ids."""
+"""All serializable classes by name. It grows while modules are imported. With Gymnasium's registry of ids and a user's
+scenarios by name it is the only state of the process."""
 
 
 def serializable(cls: type[T]) -> type[T]:

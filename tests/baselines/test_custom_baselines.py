@@ -6,12 +6,12 @@ from helpers.custom_baseline import CustomBaseline, CustomOracle, CustomTelemetr
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.baselines import Baseline
-from ftac_gym.baselines.custom import is_path
 from ftac_gym.evaluation import evaluate, rollout
 from ftac_gym.evaluation.benchmark import entries_of, fly
 from ftac_gym.evaluation.tuning import tune
 from ftac_gym.evaluation.tuning_objective import Search
 from ftac_gym.policies import DeferredBaseline, resolve
+from ftac_gym.utils.importing import is_path
 
 PATH = "helpers.custom_baseline:CustomBaseline"
 TASK = scenarios.get("flagship").replace(duration=30.0)

@@ -205,7 +205,7 @@ def test_clones_continue_identically(clone, kind):
     ("arguments", "message"),
     [
         ({"scenario": "no_such"}, r"scenario must be one of \[.*'flagship', .*'no_such'"),
-        ({"scenario": 3}, "scenario must be a Scenario, its dict, JSON or name, got 3"),
+        ({"scenario": 3}, "scenario must be a name, .* or a Scenario, got 3"),
         ({"scenario": {"type": "Spaceship"}}, "type must be one of .*'Spaceship'"),
         ({"scenario": to_plain(RewardWeights())}, "scenario must describe a Scenario, got 'RewardWeights'"),
         (
@@ -233,7 +233,7 @@ def test_bad_arguments(cls, arguments, message):
 def test_an_unknown_keyword_is_a_type_error(id_kwargs):
     # Libraries probe for arguments such as ``device`` by calling with them.
     make, name = (gym.make_vec, "SpacecraftFTCVectorEnv") if id_kwargs else (gym.make, "SpacecraftFTCEnv")
-    line = rf"{name}\(\) got an unexpected keyword argument 'device'; fields of a scenario are \['name', .*\]$"
+    line = rf"{name}\(\) got an unexpected keyword argument 'device'; fields of a scenario are \['name', .*\]"
     with pytest.raises(TypeError, match=line):
         make("SpacecraftFTC-v0", device="cpu", **id_kwargs)
     with pytest.raises(TypeError, match="'durations'"):
