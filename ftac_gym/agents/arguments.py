@@ -66,6 +66,18 @@ def check_arguments(wrapper: str, arguments: Mapping[str, Any], base: str | None
         for item in offered(gains):
             if item.name in others and (rule := item.metadata.get("rule")):
                 rule(others[item.name], item.name)
+        if base is not None:
+            _check_observer(base, others)
+
+
+def _check_observer(base: str, gains: Mapping[str, Any]) -> None:
+    """Check the names of an observer's gains among those of a base."""
+    chosen = {**baselines.defaults(base), **gains}
+    given, kind = gains.get("observer"), chosen.get("faults")
+    if isinstance(given, Mapping) and kind in observers.names():
+        known = [item.name for item in offered(observers.gains_of(kind))]
+        for name in given:
+            require(name in known, "observer", f"must have gains among {known}", name)
 
 
 def _check_types(value: Any, field: str) -> None:

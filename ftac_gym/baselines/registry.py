@@ -34,7 +34,7 @@ from ftac_gym.baselines.custom import BaselineLike, baseline_at
 from ftac_gym.baselines.gains import SearchSpace, merged
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.importing import is_path
-from ftac_gym.utils.parameters import require
+from ftac_gym.utils.parameters import require, require_keywords
 
 GAINS = ("default", "tuned")
 """Sets of gains that :func:`make` takes by name."""
@@ -199,20 +199,22 @@ def make(
 
     Raises
     ------
+    TypeError
+        If a gain is unknown.
     ValueError
-        If the name or a gain is unknown, a gain breaks a rule, there are no tuned gains, or the baseline does not fit
+        If the name is unknown, a gain breaks a rule, there are no tuned gains, or the baseline does not fit
         the scenario. Errors of a custom baseline are raised unchanged.
     """
     baseline = baseline_class(name)
     if not _registered(name):
         return baseline(scenario, num_spacecraft, **chosen(name, gains, changes))
     known = sorted(defaults(name))
-    for change in changes:
-        require(change in known, f"gains of {name}:", f"must be among {known}", change)
+    require_keywords(changes, known, "baselines.make", f"gains of {name}")
+    found = chosen(name, gains, changes)
+    for gain in found:
+        require(gain in known, f"tuned gains of {name}", f"must be among {known}", gain)
     try:
-        return baseline(scenario, num_spacecraft, **chosen(name, gains, changes))
-    except TypeError as error:  # an unknown gain of a part
-        raise ValueError(f"gains of {name}: {error}") from None
+        return baseline(scenario, num_spacecraft, **found)
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from None
 

@@ -19,6 +19,7 @@ from ftac_gym.baselines.gains import (
     search_space_of,
     shares_of,
 )
+from ftac_gym.utils.parameters import require_keywords
 
 _ARGUMENTS = {
     "scenario": "The task.",
@@ -61,9 +62,8 @@ class Tunable:
 
     def __init__(self, **gains: Any) -> None:
         known = [item.name for item in offered(self.gains)]
-        for name in gains:
-            if name not in known:
-                raise TypeError(f"gains of {type(self).__name__} must be among {known}, got {name!r}")
+        name = type(self).__name__
+        require_keywords(gains, known, name, f"gains of {name}")
         self.gains = type(self.gains)(**gains)
 
     def __init_subclass__(cls) -> None:

@@ -12,7 +12,7 @@ from ftac_gym.baselines.observers.disturbance_observer import DisturbanceObserve
 from ftac_gym.envs.observation import BOUND, fault_entries, fault_parts
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import FloatArray, require
+from ftac_gym.utils.parameters import FloatArray, require, require_keywords
 from ftac_gym.wrappers.transform import BoolArray, Observation, Transform, wrapper
 
 SOURCES = ("none", "truth", "dob", *observers.names())
@@ -63,8 +63,10 @@ class FaultEstimates(Transform):
 
     Raises
     ------
+    TypeError
+        If a gain is unknown.
     ValueError
-        If the environment is not of this package, or the source or a gain is refused.
+        If the environment is not of this package, or the source or a value is refused.
     """
 
     def __init__(self, env: Any, source: str | None = None, **gains: Any) -> None:
@@ -77,10 +79,8 @@ class FaultEstimates(Transform):
         self._true = kind == "truth"
         self._source: FaultSource | TorqueSource
         if kind == "dob":
-            try:
-                self._source = TorqueSource(scenario, self._memory, **gains)
-            except TypeError as error:
-                raise ValueError(f"gains of dob: {error}") from None
+            require_keywords(gains, ["bandwidth"], type(self).__name__, "gains of dob")
+            self._source = TorqueSource(scenario, self._memory, **gains)
         else:
             observed = kind in observers.names()
             require(observed or not gains, "gains", f"must not be given where source = {kind!r}", gains)

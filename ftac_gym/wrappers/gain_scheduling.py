@@ -47,6 +47,8 @@ class Scheduling(BaseTransform):
 
     Raises
     ------
+    TypeError
+        If a gain is unknown.
     ValueError
         If the environment is not of this package, the base has no gains to schedule or is an oracle, or a gain or a
         range is refused.

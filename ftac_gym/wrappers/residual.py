@@ -118,6 +118,8 @@ class BaseTransform(Transform):
 
     Raises
     ------
+    TypeError
+        If a gain is unknown.
     ValueError
         If the environment is not of this package, the baseline is an oracle, or its name or a gain is refused.
     """
@@ -164,6 +166,8 @@ class Residual(BaseTransform):
 
     Raises
     ------
+    TypeError
+        If a gain is unknown.
     ValueError
         If the environment is not of this package, or a name, a gain or the authority is refused.
     """

@@ -68,6 +68,10 @@ def test_wrappers_go_around_in_their_order():
         ({"wrappers": [["ResidualPolicy", {"rate_gain": 1e308}]]}, "rate_gain must be within 1e.12 of zero, got 1e"),
         ({"wrappers": [["ResidualPolicy", {"rate_gain": "2"}]]}, "rate_gain must be a number, got '2'"),
         ({"wrappers": [["ResidualPolicy", {"authority": 3.0}]]}, "authority must be above 0 and at most 2, got 3.0"),
+        (
+            {"wrappers": [["ResidualPolicy", {"base": "nftsm_observer", "observer": {"b": 1}}]]},
+            "observer must have gains among .* got 'b'",
+        ),
         ({"wrappers": [["GainScheduling", {"base": "pd", "b": 1}]]}, "arguments must be among .*'ranges'.*, got 'b'"),
         (
             {"wrappers": [["GainScheduling", {"ranges": {"rate_gain": [1, 1e300]}}]]},

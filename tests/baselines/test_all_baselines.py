@@ -167,7 +167,7 @@ def test_defaults_make_the_baseline(name):
 @pytest.mark.parametrize("name", NAMES)
 def test_an_unknown_gain_is_named(name):
     scenario = fitting(name)
-    with pytest.raises(ValueError, match=f"{name}: .*'beauty'"):
+    with pytest.raises(TypeError, match=f"unexpected keyword argument 'beauty'; gains of {name} are "):
         baselines.make(name, scenario, beauty=1.0)
 
 

@@ -86,7 +86,6 @@ def test_an_observer_of_torques_by_name_sees_what_it_would_alone(kind):
         ("guess", None, r"faults must be one of \['none', 'oracle', 'asmo', .*\], got 'guess'"),
         ("none", {"layer": 0.1}, "observer must not have gains where faults = 'none', got {'layer': 0.1}"),
         ("oracle", {"layer": 0.1}, "observer must not have gains where faults = 'oracle'"),
-        ("asmo", {"beauty": 1.0}, "gains of asmo: .*'beauty'"),
         ("asmo", {"barrier": 0.0}, "barrier must be positive, got 0.0"),
         ("lo", None, "first must have one row for each of the 4 wheels"),
     ],

@@ -118,11 +118,11 @@ def test_gains_that_overflow_are_refused(name, gains, field):
 
 
 def test_unknown_gains_are_refused_by_name():
-    known = r"gains of StrongDamper must be among \['rate_gain', 'floor', 'kind'\], got "
+    known = r"gains of StrongDamper are \['rate_gain', 'floor', 'kind'\]"
     for name in ("beauty", "hidden"):
-        with pytest.raises(TypeError, match=f"{known}'{name}'"):
+        with pytest.raises(TypeError, match=f"'{name}'; {known}"):
             StrongDamper(TASK, **{name: 1.0})
-    with pytest.raises(TypeError, match=r"gains of Tachometer must be among \['bandwidth'\], got 'beauty'"):
+    with pytest.raises(TypeError, match=r"'beauty'; gains of Tachometer are \['bandwidth'\]"):
         observers.Tachometer(TASK, Memory(1), beauty=1.0)
 
 

@@ -185,7 +185,6 @@ def test_fingerprints_tell_policies_apart():
     [
         ({"scenario": "nowhere"}, "scenario must be one of .*'nowhere'"),
         ({"policy": "nobody"}, "policy must be .*'nobody'"),
-        ({"policy": DeferredBaseline("pd", beauty=1.0)}, "gains of pd.*beauty"),
         ({"count": 0}, "count must be a positive integer, got 0"),
         ({"seed": -1}, "seed must be a non-negative integer, got -1"),
         ({"episodes": TRACKING.draw(0, 1)}, "episodes must be drawn for the same reference as flagship's"),

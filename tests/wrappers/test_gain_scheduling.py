@@ -167,7 +167,6 @@ def test_a_vector_equals_single_environments(mode):
         ({"base": "lqr"}, "baseline must be one of .*'lqr'"),
         ({"base": "hsfc"}, r"base must have gains to schedule, as \['nftsm', .*'pd_dob'.*\] have, got 'hsfc'"),
         ({"base": "nftsm_oracle"}, "base must not be an oracle"),
-        ({"beauty": 1.0}, "gains of pd_dob.*beauty"),
         ({"ranges": {"beauty": (1.0, 2.0)}}, r"ranges must be of gains among \['bandwidth', .*\], got 'beauty'"),
         ({"ranges": {"attitude_filter_time": (1.0, 2.0)}}, "ranges must be of gains among"),
         ({"base": "pd", "ranges": {"bandwidth": (1.0, 9.0)}}, "ranges must be of gains among"),

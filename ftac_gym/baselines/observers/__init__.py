@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ftac_gym.baselines.gains import Gains, SearchSpace
+from ftac_gym.baselines.gains import Gains, SearchSpace, offered
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.observers.fuzzy_observer import FuzzyObserver
 from ftac_gym.baselines.observers.iterative_learning_observer import IterativeLearningObserver
@@ -17,7 +17,7 @@ from ftac_gym.baselines.observers.observer import FaultObserver
 from ftac_gym.baselines.observers.sliding_mode_observer import SlidingModeObserver
 from ftac_gym.baselines.observers.tachometer import Tachometer
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import require
+from ftac_gym.utils.parameters import require, require_keywords
 
 PRINTED_LEARNING: dict[str, Any] = {
     "rate_gain": (80.0, 50.0, 60.0),
@@ -67,14 +67,14 @@ def make(name: str, scenario: Scenario, memory: Memory, **gains: Any) -> FaultOb
 
     Raises
     ------
+    TypeError
+        If a gain is unknown.
     ValueError
-        If the name or a gain is unknown, a gain breaks a rule, or the observer does not fit the scenario's wheels.
+        If the name is unknown, a gain breaks a rule, or the observer does not fit the scenario's wheels.
     """
     observer, preset = _found(name)
-    try:
-        return observer(scenario, memory, **{**preset, **gains})
-    except TypeError as error:
-        raise ValueError(f"gains of {name}: {error}") from None
+    require_keywords(gains, [item.name for item in offered(observer.gains)], "observers.make", f"gains of {name}")
+    return observer(scenario, memory, **{**preset, **gains})
 
 
 def gains_of(name: str) -> Gains:

@@ -179,7 +179,6 @@ BAD = {
         ({"filter_substeps": 1.5}, r"filter_substeps must be a whole number, 0 or more, got 1\.5"),
         ({"filter_start": "one"}, r"filter_start must be one of \['zero', 'virtual'\], got 'one'"),
         ({"attitude_filter_time": -1.0}, r"attitude_filter_time must not be negative, got -1\.0"),
-        ({"colour": 1}, "gains of chen_m1: must be among .*got 'colour'"),
     ],
     "chen_m2": [*COMMON, *FUZZY],
     "chen_m3": [

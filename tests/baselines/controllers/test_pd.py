@@ -197,7 +197,6 @@ def test_braking_in_time_avoids_overshoot():
         ({"rate_limit": -0.1}, "rate_limit must be positive"),
         ({"attitude_filter_time": -1.0}, "attitude_filter_time must not be negative"),
         ({"allocation": "guess"}, r"allocation must be one of \['minimax', 'pseudo_inverse'\], got 'guess'"),
-        ({"beauty": 1.0}, "gains of pd.*'beauty'"),
     ],
 )
 def test_bad_gains(name, gains, message):
@@ -208,7 +207,7 @@ def test_bad_gains(name, gains, message):
 def test_bad_bandwidth():
     with pytest.raises(ValueError, match=r"bandwidth must be positive, got 0\.0"):
         baselines.make("pd_dob", FLAGSHIP, bandwidth=0.0)
-    with pytest.raises(ValueError, match=r"gains of pd: .*'bandwidth'"):
+    with pytest.raises(TypeError, match=r"'bandwidth'; gains of pd are \["):
         baselines.make("pd", FLAGSHIP, bandwidth=1.0)
 
 

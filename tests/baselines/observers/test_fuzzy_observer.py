@@ -213,7 +213,6 @@ def two_modes():
         (lambda: LI, {"start": "nowhere"}, "start must be one of"),
         (lambda: LI, {"method": "rk2"}, "method must be one of"),
         (lambda: LI, {"longest_step": 0.0}, "longest_step must be positive"),
-        (lambda: LI, {"gain": 1.0}, "gains of fafeo"),
     ],
 )
 def test_refusals(scenario, options, message):
