@@ -91,7 +91,7 @@ class SpacecraftFTCEnv(BatchEnvironment, gym.Env[Observation, npt.NDArray[Any]])
     ValueError
         If a name is unknown or a value breaks a rule.
     gymnasium.error.DependencyNotInstalled
-        If something is to be rendered and pygame is missing.
+        If a window is asked for and pygame is missing.
     """
 
     metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 10}  # noqa: RUF012  as in Gymnasium

@@ -47,7 +47,7 @@ class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArra
     ValueError
         If a name is unknown or a value breaks a rule.
     gymnasium.error.DependencyNotInstalled
-        If something is to be rendered and pygame is missing.
+        If a window is asked for and pygame is missing.
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012  as in Gymnasium

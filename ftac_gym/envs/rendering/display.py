@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.envs.batch import SpacecraftBatch
-from ftac_gym.envs.rendering.renderer import Renderer
+from ftac_gym.envs.rendering.renderer import Renderer, check_size
 from ftac_gym.envs.rendering.snapshot import snapshots
 from ftac_gym.envs.rendering.window import Window
 from ftac_gym.utils.parameters import require
@@ -41,7 +41,7 @@ class Display:
     Raises
     ------
     gymnasium.error.DependencyNotInstalled
-        If there is a render mode and pygame is missing.
+        If a window is asked for and pygame is missing; for arrays, when the first one is drawn.
     ValueError
         If the render mode is unknown, or the size is not a pair of integers or is too small.
     """
@@ -50,8 +50,10 @@ class Display:
         rule = f"must be None or one of {list(RENDER_MODES)}"
         require(render_mode is None or render_mode in RENDER_MODES, "render_mode", rule, render_mode)
         self._batch, self._mode, self._size = batch, render_mode, (width, height)
-        # One renderer now: a wrong size or a missing library must not wait for the first frame.
-        self._renderers = [] if render_mode is None else [Renderer(batch.scenario, width, height)]
+        if render_mode is not None:
+            check_size(width, height)
+        # Libraries ask for arrays by default and draw none: pygame may be missing until the first frame.
+        self._renderers = [Renderer(batch.scenario, width, height)] if render_mode == "human" else []
         self._window: Window | None = None
         self._every = math.ceil(1.0 / (batch.scenario.control_period * MOST_FRAMES_PER_SECOND))
 

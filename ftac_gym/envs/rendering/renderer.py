@@ -18,6 +18,18 @@ SMALLEST = (320, 240)
 """Least width and height of a frame that can be read [pixels]."""
 
 
+def check_size(width: int, height: int) -> None:
+    """Check the size of a frame [pixels].
+
+    Raises
+    ------
+    ValueError
+        If a size is not an integer, or too small to read anything.
+    """
+    for name, value, least in zip(("width", "height"), (width, height), SMALLEST, strict=True):
+        require(is_whole(value) and value >= least, name, f"must be an integer, {least} or more [pixels]", value)
+
+
 class Renderer:
     """Drawing of one spacecraft, without a screen: the same snapshots give the same pixels.
 
@@ -41,8 +53,7 @@ class Renderer:
     """
 
     def __init__(self, scenario: Scenario, width: int = 640, height: int = 480) -> None:
-        for name, value, least in zip(("width", "height"), (width, height), SMALLEST, strict=True):
-            require(is_whole(value) and value >= least, name, f"must be an integer, {least} or more [pixels]", value)
+        check_size(width, height)
         pygame.font.init()
         self.size = (int(width), int(height))
         self._readouts = Readouts(scenario, *self.size)

@@ -119,7 +119,18 @@ def test_bad_sizes_are_refused(width, height):
 def test_a_missing_library_names_the_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "pygame", None)
     with pytest.raises(DependencyNotInstalled, match=r"pip install \"ftac-gym\[render\]\""):
-        SpacecraftFTCVectorEnv(1, render_mode="rgb_array")
+        SpacecraftFTCVectorEnv(1, render_mode="human")
+    # Stable-Baselines3 asks for arrays whenever it makes an environment.
+    env = SpacecraftFTCVectorEnv(1, render_mode="rgb_array")
+    env.reset(seed=0)
+    env.step(env.action_space.sample())
+    with pytest.raises(DependencyNotInstalled, match=r"pip install \"ftac-gym\[render\]\""):
+        env.render()
+
+
+def test_an_environment_refuses_a_bad_size_before_the_first_frame():
+    with pytest.raises(ValueError, match=r"width must be an integer, 320 or more \[pixels\], got 10"):
+        SpacecraftFTCVectorEnv(1, render_mode="rgb_array", width=10)
 
 
 def test_no_screen_is_needed_and_pygame_is_imported_late():
