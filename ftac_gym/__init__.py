@@ -12,25 +12,100 @@ from typing import TYPE_CHECKING, Any
 import gymnasium as gym
 
 if TYPE_CHECKING:
-    from ftac_gym import baselines, evaluation, faults, scenarios, wrappers
+    from ftac_gym import baselines, evaluation, faults, scenarios, spacecraft, wrappers
     from ftac_gym.dynamics import DivergenceError, Simulator
-    from ftac_gym.task import Episodes, InitialState, Measurement, Scenario
+    from ftac_gym.faults import (
+        AttitudeSpike,
+        Bias,
+        CommandDelay,
+        DriftingEffectiveness,
+        FaultDistribution,
+        FaultSchedule,
+        FrictionRise,
+        GyroBiasStep,
+        HardOver,
+        IntermittentShutdown,
+        LockInPlace,
+        LossOfEffectiveness,
+        Outage,
+        Seizure,
+        StarTrackerOutage,
+    )
+    from ftac_gym.spacecraft import FlexibleAppendages, Friction, Spacecraft, WheelArray
+    from ftac_gym.task import (
+        AppendageUncertainty,
+        Disturbance,
+        Episodes,
+        Harmonic,
+        InertiaUncertainty,
+        InitialState,
+        LowOrbitTorque,
+        Measurement,
+        MRPSinusoid,
+        PrescribedBound,
+        RateProfile,
+        RewardWeights,
+        Scenario,
+        SensorErrors,
+        SetPoints,
+        SuccessCriterion,
+        fixed_attitude,
+    )
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "AppendageUncertainty",
+    "AttitudeSpike",
+    "Bias",
+    "CommandDelay",
+    "Disturbance",
     "DivergenceError",
+    "DriftingEffectiveness",
     "Episodes",
+    "FaultDistribution",
+    "FaultSchedule",
+    "FlexibleAppendages",
+    "Friction",
+    "FrictionRise",
+    "GyroBiasStep",
+    "HardOver",
+    "Harmonic",
+    "InertiaUncertainty",
     "InitialState",
+    "IntermittentShutdown",
+    "LockInPlace",
+    "LossOfEffectiveness",
+    "LowOrbitTorque",
+    "MRPSinusoid",
     "Measurement",
+    "Outage",
+    "PrescribedBound",
+    "RateProfile",
+    "RewardWeights",
     "Scenario",
+    "Seizure",
+    "SensorErrors",
+    "SetPoints",
     "Simulator",
+    "Spacecraft",
+    "StarTrackerOutage",
+    "SuccessCriterion",
+    "WheelArray",
     "baselines",
     "evaluation",
     "faults",
+    "fixed_attitude",
     "scenarios",
+    "spacecraft",
     "wrappers",
 ]
+
+_MODULES = ("baselines", "evaluation", "faults", "scenarios", "spacecraft", "wrappers")
+"""Public names that are modules."""
+
+_PACKAGES = ("task", "spacecraft", "faults", "dynamics")
+"""Packages that the other public names are imported from, the compiled one last."""
 
 _IDS = {
     "SpacecraftFTCEasy-v0": "easy",
@@ -58,10 +133,10 @@ def __getattr__(name: str) -> Any:
     """Import a public name when it is first used."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    if name[0].islower():
-        return import_module(f"ftac_gym.{name}")
-    package = "dynamics" if name in ("DivergenceError", "Simulator") else "task"
-    return getattr(import_module(f"ftac_gym.{package}"), name)
+    if name in _MODULES:
+        return import_module(f"{__name__}.{name}")
+    packages = (import_module(f"{__name__}.{package}") for package in _PACKAGES)
+    return next(getattr(package, name) for package in packages if name in package.__all__)
 
 
 def __dir__() -> list[str]:
