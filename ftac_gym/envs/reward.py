@@ -1,17 +1,23 @@
-"""Reward, a sum of named terms computed from the true state.
+"""Reward of one control period, a sum of named terms computed from the true state; no step is worth less than zero.
 
-With theta the true pointing error [rad], w_e the true rate error, u the wheel commands over their limits:
+Here theta is the true pointing error [rad] and w_e the true rate error [rad/s]. The wheel commands over their limits
+are u, and e is the energy of the vibration modes [J].
 
-================ ===========================================================================================
-``progress``     weight (theta before - theta): over an episode only the final error counts
-``precision``    minus weight log10(1 + theta / (cone / 5)): every decade of pointing error counts the same
-``rate``         minus weight ``|w_e|^2``
-``effort``       minus weight mean(u^2)
-``smoothness``   minus weight mean((u - u before)^2)
+================ ==================================================================================================
+``pointing``     weight (1 - log(1 + theta / theta_0) / log(1 + pi / theta_0)), theta_0 = cone / 5
+``effort``       minus weight ``pointing`` mean(u^2)
+``smoothness``   minus weight ``pointing`` mean((u - u before)^2) / 4
+``rate``         minus weight ``pointing`` q / (1 + q), q = (``|w_e|`` / ``rate_scale``)^2
+``vibration``    minus weight ``pointing`` q / (1 + q), q = e / ``vibration_scale``
 ``on_target``    weight, while inside the success cone and slow
-``tumble``       minus weight, once, when the episode ends by tumbling
-``vibration``    minus weight times the energy of the vibration modes [J]
-================ ===========================================================================================
+``progress``     weight (``discount`` phi - phi before), phi = pi - theta, 0 once the spacecraft tumbles
+================ ==================================================================================================
+
+``pointing`` is 1 without an error and 0 at 180 deg, and every decade between counts nearly the same. The four costs are
+shares of it, with weights that add up to at most 1. Without ``progress`` no step is thus negative, and ending an
+episode early never pays. ``progress`` is potential-based shaping (Ng, Harada and Russell 1999): with the discount of
+the learner it changes no optimal policy. Its potential is zero in the state in which a tumble ends, as that result asks
+for episodes (Grzes 2017). It is off by default, and the only term that can make a step negative.
 """
 
 import math
@@ -24,11 +30,14 @@ import numpy.typing as npt
 
 from ftac_gym.dynamics import Simulator, algebra
 from ftac_gym.dynamics.algebra import add3, norm3, relative_quaternion, rotation_change, row3
+from ftac_gym.task.objective import COSTS
 from ftac_gym.task.scenario import success_steps
 from ftac_gym.utils.compiling import entry_point
 from ftac_gym.utils.parameters import FloatArray
 
-TERMS = ("progress", "precision", "rate", "effort", "smoothness", "on_target", "tumble", "vibration")
+TERMS = ("pointing", *COSTS, "on_target", "progress")
+
+_VIBRATION = TERMS.index("vibration")
 
 
 def total(terms: Any) -> Any:
@@ -49,11 +58,14 @@ class Reward:
         scenario, count = simulator.scenario, simulator.num_spacecraft
         self._simulator = simulator
         self._vibration = scenario.reward.vibration
+        self._vibration_scale = scenario.reward.vibration_scale
         self._hold = success_steps(scenario)
         torque_limits = scenario.spacecraft.wheels.torque_limits
         self._constants = (
             torque_limits,
             np.array([getattr(scenario.reward, name) for name in TERMS]),
+            scenario.reward.rate_scale,
+            scenario.reward.discount,
             scenario.success.angle,
             scenario.success.rate,
             math.inf if scenario.tumble_rate is None else scenario.tumble_rate,
@@ -82,7 +94,8 @@ class Reward:
         )  # fmt: skip
         if self._vibration > 0.0 and simulator.scenario.spacecraft.modes:
             moving = rows[simulator.ticks[rows] > 0]
-            terms[-1, moving] = -self._vibration * simulator.modal_energy[moving]
+            ratio = simulator.modal_energy[moving] / self._vibration_scale
+            terms[_VIBRATION, moving] = -self._vibration * terms[0, moving] * (ratio / (1.0 + ratio))
         return terms, tumbling
 
     @property
@@ -102,6 +115,8 @@ def _reward(
     reference_rate: Any,
     torque_limits: Any,
     weights: Any,
+    rate_scale: float,
+    discount: float,
     cone: float,
     largest_rate: float,
     tumble_rate: float,
@@ -114,6 +129,8 @@ def _reward(
 ) -> None:
     """Evaluate all terms but that of the vibration modes; the rows of ``terms`` are those of TERMS."""
     wheels = torque_limits.shape[0]
+    scale = 0.2 * cone
+    decades = math.log(1.0 + math.pi / scale)
     for index in range(rows.shape[0]):
         i = rows[index]
         scalar, x, y, z = relative_quaternion(reference_attitude, attitude, i)
@@ -133,12 +150,15 @@ def _reward(
             on_target[i] = 0
         else:
             on_target[i] = on_target[i] + 1 if good else 0
-            terms[0, i] = weights[0] * (attitude_error[i] - theta)
-            terms[1, i] = -weights[1] * math.log10(1.0 + 5.0 * theta / cone)
-            terms[2, i] = -weights[2] * slip * slip
-            terms[3, i] = -weights[3] * effort
-            terms[4, i] = -weights[4] * change
+            pointing = weights[0] * max(0.0, 1.0 - math.log(1.0 + theta / scale) / decades)
+            ratio = (slip / rate_scale) ** 2
+            # Both potentials leave out the part that cancels for a discount of one.
+            ahead = -math.pi if tumbling[i] else discount * (math.pi - theta) - math.pi
+            terms[0, i] = pointing
+            terms[1, i] = -weights[1] * pointing * effort
+            terms[2, i] = -weights[2] * pointing * (0.25 * change)
+            terms[3, i] = -weights[3] * pointing * (ratio / (1.0 + ratio))
             terms[5, i] = weights[5] if good else 0.0
-            terms[6, i] = -weights[6] if tumbling[i] else 0.0
+            terms[6, i] = weights[6] * (ahead + attitude_error[i])
         attitude_error[i] = theta
         rate_error[i] = slip

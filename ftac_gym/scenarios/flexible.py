@@ -30,5 +30,5 @@ def flexible() -> Scenario:
         name="flexible",
         spacecraft=replace(base.spacecraft, appendages=appendages()),
         appendage_uncertainty=AppendageUncertainty(frequency=(0.8, 1.2), damping=(0.5, 2.0), coupling=(0.8, 1.2)),
-        reward=RewardWeights(vibration=200.0),
+        reward=RewardWeights(vibration=0.2),
     )

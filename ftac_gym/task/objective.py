@@ -1,12 +1,16 @@
 """Objective of a policy: the weights of the reward, and the criterion of success."""
 
 import dataclasses
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from ftac_gym.utils.parameters import non_negative, normalise, positive
+from ftac_gym.utils.parameters import non_negative, normalise, positive, require
 from ftac_gym.utils.serialization import LATER_PART, serializable
+
+COSTS = ("effort", "smoothness", "rate", "vibration")
+"""Weights of the reward that are shares of the pointing term."""
 
 
 @serializable
@@ -16,36 +20,52 @@ class RewardWeights:
 
     Parameters
     ----------
-    progress
-        Of the decrease of the pointing error, per radian.
-    precision
-        Of the logarithmic pointing term.
-    rate
-        Of the rate error, per (rad/s)^2.
+    pointing
+        Of the pointing term, which falls from 1 to 0 with the error.
     effort
-        Of the mean squared wheel command over the limit.
+        Of the mean squared wheel command over the limit, as a share of the pointing term.
     smoothness
-        Of the mean squared change of the wheel command over the limit.
+        Of the mean squared change of the wheel command over its range, as a share of the pointing term.
+    rate
+        Of the bounded rate error, as a share of the pointing term.
+    vibration
+        Of the bounded energy of the vibration modes, as a share of the pointing term.
     on_target
         Per step inside the success cone.
-    tumble
-        Penalty when the episode ends by tumbling; it must outweigh the cost of bad pointing until its regular end.
-    vibration
-        Of the energy of the vibration modes, per joule.
+    progress
+        Of the shaping by a potential, per radian; it can make a step negative.
+    rate_scale
+        Rate error of half the cost of rate [rad/s].
+    vibration_scale
+        Energy of half the cost of vibration [J].
+    discount
+        Discount of the shaping, in (0, 1]; that of the learner.
+
+    Raises
+    ------
+    ValueError
+        If a weight is negative, a scale is not positive, or the weights of the costs add up to more than 1.
     """
 
-    progress: float = 10.0
-    precision: float = 0.1
-    rate: float = 0.0
-    effort: float = 0.01
-    smoothness: float = 0.02
-    on_target: float = 0.1
-    tumble: float = 200.0
+    pointing: float = 1.0
+    effort: float = 0.1
+    smoothness: float = 0.1
+    rate: float = 0.6
     vibration: float = dataclasses.field(default=0.0, metadata=LATER_PART)
+    on_target: float = 1.0
+    progress: float = 0.0
+    rate_scale: float = 0.3
+    vibration_scale: float = dataclasses.field(default=1e-3, metadata=LATER_PART)
+    discount: float = 1.0
 
     def __post_init__(self) -> None:
         """Check the weights."""
-        normalise(self, non_negative, *(item.name for item in dataclasses.fields(self)))
+        normalise(self, non_negative, "pointing", *COSTS, "on_target", "progress")
+        normalise(self, positive, "rate_scale", "vibration_scale", "discount")
+        require(self.discount <= 1.0, "discount", "must lie within (0, 1]", self.discount)
+        costs = {name: getattr(self, name) for name in COSTS}
+        rule = "must add up to at most 1, so that no step is negative"
+        require(math.fsum(costs.values()) <= 1.0, " + ".join(COSTS), rule, costs)
 
 
 @serializable

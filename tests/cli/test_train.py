@@ -85,7 +85,7 @@ def test_evaluations_along_the_way(whole):
     kept = json.loads((whole / "agent" / "card.json").read_text())
     assert kept["evaluation"].keys() >= counts
     # The weights of the reward are those of the training.
-    task = scenarios.get("flagship").replace(reward=RewardWeights(on_target=1.0))
+    task = scenarios.get("flagship").replace(reward=RewardWeights(on_target=2.0))
     metrics = rollout(task, str(whole / "checkpoints" / "0000001024"), seed=900_000, count=2).metrics()
     assert float(rows[0]["return"]) == pytest.approx(np.median(metrics["return"]), rel=1e-4)
 

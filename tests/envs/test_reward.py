@@ -1,7 +1,5 @@
 """The reward: its terms recomputed from the true state, their sum, the tumble, and when an episode is a success."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
@@ -14,7 +12,16 @@ from ftac_gym.task.references import fixed_attitude
 from ftac_gym.task.scenario import RewardWeights, SuccessCriterion
 
 WEIGHTS = RewardWeights(
-    progress=3.0, precision=0.7, rate=11.0, effort=0.5, smoothness=0.9, on_target=1.3, tumble=17.0, vibration=23.0
+    pointing=0.7,
+    effort=0.2,
+    smoothness=0.3,
+    rate=0.15,
+    vibration=0.35,
+    on_target=1.3,
+    progress=3.0,
+    rate_scale=0.02,
+    vibration_scale=5e-5,
+    discount=0.97,
 )
 QUIET = {"faults": None, "sensors": None, "disturbance": None, "inertia_uncertainty": None}
 
@@ -40,15 +47,18 @@ def expected_terms(weights, scenario, before, now):
     angle_before, _, _, level_before, _ = before
     angle, slip, spin, level, energy = now
     on_target = angle < scenario.success.angle and slip < scenario.success.rate
+    scale = scenario.success.angle / 5.0
+    pointing = weights.pointing * (1.0 - np.log(1.0 + angle / scale) / np.log(1.0 + np.pi / scale))
+    ratio = slip**2 / weights.rate_scale**2
+    phi = 0.0 if spin > scenario.tumble_rate else np.pi - angle
     return {
-        "progress": weights.progress * (angle_before - angle),
-        "precision": -weights.precision * np.log10(1.0 + angle / (scenario.success.angle / 5.0)),
-        "rate": -weights.rate * slip**2,
-        "effort": -weights.effort * np.mean(level**2),
-        "smoothness": -weights.smoothness * np.mean((level - level_before) ** 2),
+        "pointing": pointing,
+        "effort": -weights.effort * pointing * np.mean(level**2),
+        "smoothness": -weights.smoothness * pointing * np.mean((level - level_before) ** 2) / 4.0,
+        "rate": -weights.rate * pointing * ratio / (1.0 + ratio),
+        "vibration": -weights.vibration * pointing * energy / (weights.vibration_scale + energy),
         "on_target": weights.on_target * on_target,
-        "tumble": -weights.tumble * (spin > scenario.tumble_rate),
-        "vibration": -weights.vibration * energy,
+        "progress": weights.progress * (weights.discount * phi - (np.pi - angle_before)),
     }
 
 
@@ -81,7 +91,7 @@ def test_terms(name, weights):
             assert reward == pytest.approx(sum(info["reward_terms"].values()), rel=1e-12)
             assert terminated == (now[2] > 0.06)
             before = now
-    used = {item.name for item in dataclasses.fields(RewardWeights) if getattr(env.scenario.reward, item.name) > 0.0}
+    used = {term for term in TERMS if getattr(env.scenario.reward, term) > 0.0}
     if env.scenario.spacecraft.appendages is None:
         used -= {"vibration"}
     if name.startswith("zhang_zhou") and env.scenario.reference.moving:
@@ -90,37 +100,84 @@ def test_terms(name, weights):
 
 
 def test_progress_only_counts_where_the_craft_ends():
-    env = SpacecraftFTCEnv(duration=5.0, tumble_rate=None)
+    env = SpacecraftFTCEnv(duration=5.0, tumble_rate=None, reward=RewardWeights(progress=2.0))
     env.reset(seed=4)
     start = state_of(env)[0]
     total = sum(env.step(np.full(4, 0.5))[4]["reward_terms"]["progress"] for _ in range(50))
-    assert total == pytest.approx(env.scenario.reward.progress * (start - state_of(env)[0]), rel=1e-9)
+    assert total == pytest.approx(2.0 * (start - state_of(env)[0]), rel=1e-9)
 
 
-def test_every_decade_of_precision_counts_nearly_the_same():
+def test_discounted_progress_adds_up_to_the_potential_of_start_and_end():
+    """Whatever happens between: that is what leaves the optimal policy as it is."""
+    env = SpacecraftFTCEnv(duration=5.0, tumble_rate=None, reward=RewardWeights(progress=2.0, discount=0.9))
+    env.reset(seed=4)
+    start = state_of(env)[0]
+    total = sum(0.9**k * env.step(np.full(4, 0.5))[4]["reward_terms"]["progress"] for k in range(50))
+    assert total == pytest.approx(2.0 * (0.9**50 * (np.pi - state_of(env)[0]) - (np.pi - start)), rel=1e-9)
+
+
+def test_every_decade_of_the_error_counts_nearly_the_same():
     cone = SuccessCriterion().angle
     rewards = []
     for angle in (2.0 * cone, 20.0 * cone, 200.0 * cone):
         quaternion = (np.cos(angle / 2.0), np.sin(angle / 2.0), 0.0, 0.0)
-        env = SpacecraftFTCEnv(
-            **QUIET,
-            initial_state=InitialState.fixed(quaternion),
-            reward=RewardWeights(precision=1.0),
-            control_period=0.02,
-        )
+        env = SpacecraftFTCEnv(**QUIET, initial_state=InitialState.fixed(quaternion), control_period=0.02)
         env.reset(seed=0)
-        rewards.append(env.step(np.zeros(4))[4]["reward_terms"]["precision"])
-    np.testing.assert_allclose(np.diff(rewards), -1.0, atol=0.05)
+        rewards.append(env.step(np.zeros(4))[4]["reward_terms"]["pointing"])
+    np.testing.assert_allclose(np.diff(rewards), -1.0 / np.log10(1.0 + 5.0 * np.pi / cone), rtol=0.05)
 
 
-def test_a_tumble_is_punished_once_and_ends_the_episode():
+@pytest.mark.parametrize(("angle", "value"), [(0.0, 1.0), (np.pi, 0.0)])
+def test_the_pointing_term_goes_from_one_to_zero(angle, value):
+    start = InitialState.fixed((np.cos(angle / 2.0), np.sin(angle / 2.0), 0.0, 0.0))
+    env = SpacecraftFTCEnv(**QUIET, initial_state=start)
+    env.reset(seed=0)
+    assert env.step(np.zeros(4))[4]["reward_terms"]["pointing"] == pytest.approx(value, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("weights", "message"),
+    [
+        ({"effort": 0.5}, r"effort \+ smoothness \+ rate \+ vibration must add up to at most 1, .*'effort': 0.5"),
+        ({"vibration": 0.3}, "must add up to at most 1"),
+        ({"progress": -1.0}, "progress must not be negative"),
+        ({"rate_scale": 0.0}, "rate_scale must be positive"),
+        ({"vibration_scale": -1.0}, "vibration_scale must be positive"),
+        ({"discount": 1.5}, r"discount must lie within \(0, 1\], got 1.5"),
+        ({"discount": 0.0}, "discount must be positive"),
+    ],
+)
+def test_weights_that_could_make_a_step_negative_are_refused(weights, message):
+    with pytest.raises(ValueError, match=message):
+        RewardWeights(**weights)
+
+
+@pytest.mark.parametrize("name", [*scenarios.names()])
+def test_no_step_is_negative(name):
+    """For any commands, from their limits to nothing, whatever the spacecraft does."""
+    env = SpacecraftFTCVectorEnv(24, scenario=name)
+    env.reset(seed=3)
+    random = np.random.default_rng(1)
+    wheels = env.single_action_space.shape[0]
+    push = random.choice([-1.0, 0.0, 1.0], (24, wheels))
+    least = np.inf
+    for step in range(150):
+        chatter = random.choice([-2.0, 0.0, 2.0], (8, wheels))
+        actions = np.concatenate([push[:8], push[8:16] + chatter, push[16:] * (-1.0) ** step]).clip(-1.0, 1.0)
+        least = min(least, env.step(actions)[1].min())
+    assert least >= 0.0
+
+
+def test_a_tumble_ends_the_episode_and_its_potential_is_zero():
     env = SpacecraftFTCEnv(
         tumble_rate=0.02, initial_state=InitialState.fixed(rate=(0.0, 0.03, 0.0)), reward=WEIGHTS, **QUIET
     )
     _, info = env.reset(seed=0)
     assert "reward_terms" not in info
+    angle = state_of(env)[0]
     _, _, terminated, truncated, info = env.step(np.zeros(4))
-    assert terminated and not truncated and info["reward_terms"]["tumble"] == -WEIGHTS.tumble
+    assert terminated and not truncated
+    assert info["reward_terms"]["progress"] == pytest.approx(-WEIGHTS.progress * (np.pi - angle))
 
 
 def test_without_a_tumble_rate_nothing_terminates():
@@ -129,7 +186,6 @@ def test_without_a_tumble_rate_nothing_terminates():
     env.reset(seed=0)
     results = [env.step(np.zeros(4)) for _ in range(10)]
     assert not any(result[2] for result in results) and results[-1][3]
-    assert all(result[4]["reward_terms"]["tumble"] == 0.0 for result in results)
 
 
 @pytest.mark.parametrize(("hold", "steps"), [(0.1, 1), (0.5, 5), (0.45, 5), (2.0, 20), (0.04, 1)])

@@ -23,6 +23,7 @@ from ftac_gym.task import (
     SetPoints,
     SuccessCriterion,
 )
+from ftac_gym.task.objective import COSTS
 
 ABSURD = (0.0, 1e-300, 1e-14, 1e9, 1e15, 1e300, -1.0, math.inf, math.nan)
 axis3 = st.integers(0, 2)
@@ -181,7 +182,8 @@ inertia_uncertainties = st.builds(
     frequency=triples(sizes(1e-3, 10.0)),
     rate_torque=st.booleans(),
 )
-rewards = st.builds(RewardWeights, **{name: sizes(1e-3, 1e6) for name in RewardWeights.__dataclass_fields__})
+SHARES = {**dict.fromkeys(COSTS, sizes(1e-9, 0.25)), "discount": sizes(1e-3, 1.0)}
+rewards = st.builds(RewardWeights, **{**dict.fromkeys(RewardWeights.__dataclass_fields__, sizes(1e-3, 1e6)), **SHARES})
 criteria = st.builds(SuccessCriterion, angle=sizes(1e-9, 3.0), rate=sizes(1e-9, 10.0), hold=sizes(1e-3, 1e3))
 
 TIMING = {"onset": ranges(0.01, 10.0), "duration": maybe(ranges(0.1, 10.0))}

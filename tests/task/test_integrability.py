@@ -152,7 +152,7 @@ BENDING = {
             BENDING | {"initial_state": InitialState(modal_rate=(1e6,))},
             r"physics_step must be at most .* the rate could reach .* \(.*start",
         ),
-        ({"reward": RewardWeights(rate=1e300)}, r"reward.rate must be within 1e\+12 of zero"),
+        ({"reward": RewardWeights(on_target=1e300)}, r"reward.on_target must be within 1e\+12 of zero"),
         ({"success": SuccessCriterion(angle=1e-300)}, "success.angle must be at least 1e-15"),
     ],
 )  # fmt: skip

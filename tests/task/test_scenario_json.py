@@ -93,7 +93,11 @@ PARTS = [  # every class with no field at its default
     {"disturbance": Disturbance(AXES, (Harmonic(AXES, (0.1, 0.2), AXES), Harmonic(AXES, 0.3)), rate_offset=0.1)},
     {"sensors": SensorErrors(1e-4, 1e-5, (-1e-6, 1e-6), 1e-8, (0.001, 0.002))},
     {"inertia_uncertainty": InertiaUncertainty(0.1, np.eye(3), (1, 2, 3), (4, 5, 6), (7, 8, 9), True)},
-    {"reward": RewardWeights(1, 2, 3, 4, 5, 6, 7), "success": SuccessCriterion(0.1, 0.2, 0.3), "tumble_rate": 2},
+    {
+        "reward": RewardWeights(1, 0.1, 0.2, 0.3, 0.4, 6, 7, 8, 9, 0.5),
+        "success": SuccessCriterion(0.1, 0.2, 0.3),
+        "tumble_rate": 2,
+    },
     {"control_period": 0.2, "physics_step": 0.05, "duration": 10, "name": "Prüfung"},
     {"faults": None, "disturbance": None, "sensors": None, "inertia_uncertainty": None, "tumble_rate": None},
 ]

@@ -50,7 +50,7 @@ def placed(kind, **changes):
 
 
 PARTS = [
-    {"reward": RewardWeights(vibration=1.0)},
+    {"reward": RewardWeights(vibration=0.1, vibration_scale=0.1)},
     {"spacecraft": Spacecraft(np.diag([9.0, 9.0, 9.0]), WHEELS, False, PANELS)},
     {"initial_state": InitialState((1.0, 0.0, 0.0, 0.0), 1.0, (0.1, 0.2, 0.3), 0.4, 0.0, (0.1, 0.2, 0.3, 0.4))},
     {"reference": MRPSinusoid(AXES, AXES, AXES, AXES), "misalignment": np.zeros((3, 4))},
