@@ -88,7 +88,7 @@ class Agent:
         ------
         ValueError
             If a file is missing, damaged, or of another version; the message is one line with the file and the remedy.
-        ImportError
+        MissingExtra
             If Stable-Baselines3 is not installed.
         """
         stored = read_agent(Path(folder))

@@ -15,6 +15,7 @@ from ftac_gym.agents.interface import Interface
 from ftac_gym.agents.normalizer import Normalizer
 from ftac_gym.agents.shipped import EVALUATIONS_FILE, agent_folders
 from ftac_gym.agents.storage import CARD_FILE
+from ftac_gym.utils.extras import require_extra
 from ftac_gym.utils.files import reading
 from ftac_gym.utils.parameters import require
 from ftac_gym.utils.serialization import parse_json
@@ -96,9 +97,10 @@ def load_model(path: Path) -> BaseAlgorithm:
 
     Raises
     ------
-    ImportError
+    MissingExtra
         If the model is of sb3-contrib, which is not installed.
     """
+    require_extra("stable_baselines3")
     import stable_baselines3 as sb3
     from stable_baselines3.common.save_util import load_from_zip_file
 
@@ -106,6 +108,7 @@ def load_model(path: Path) -> BaseAlgorithm:
     module = data["policy_class"].__module__ if data is not None else ""
     kinds: dict[str, type[BaseAlgorithm]] = {"sac": sb3.SAC, "td3": sb3.TD3, "dqn": sb3.DQN}
     if module.startswith("sb3_contrib"):
+        require_extra("sb3_contrib")
         import sb3_contrib
 
         kinds |= {"tqc": sb3_contrib.TQC, "recurrent": sb3_contrib.RecurrentPPO}

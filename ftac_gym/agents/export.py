@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import gymnasium as gym
 
 from ftac_gym.agents import network
+from ftac_gym.utils.extras import require_extra
 
 if TYPE_CHECKING:
     from ftac_gym.agents.agent import Agent
@@ -39,6 +40,7 @@ def export(agent: Agent, folder: str | Path) -> None:
     folder
         Folder for ``model.zip`` and, of an agent with a normaliser, ``vecnormalize.pkl``.
     """
+    require_extra("stable_baselines3")
     import torch
     from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 

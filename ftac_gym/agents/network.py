@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.spaces import Box
 
+from ftac_gym.utils.extras import require_extra
 from ftac_gym.utils.parameters import require, whole
 from ftac_gym.utils.tables import check_finite
 
@@ -80,9 +81,10 @@ def build(description: Description, weights: Mapping[str, Array]) -> BasePolicy:
     ------
     ValueError
         If the data do not describe a network, or the weights are not those of this network.
-    ImportError
+    MissingExtra
         If Stable-Baselines3, or sb3-contrib for its policies, is not installed.
     """
+    require_extra("torch", "stable_baselines3")
     import torch
     from torch.overrides import TorchFunctionMode
 
@@ -138,6 +140,7 @@ def constructor(description: Description) -> tuple[Any, dict[str, Any]]:
     activation = arguments["activation_fn"]
     require(activation in ACTIVATIONS, "activation_fn", f"must be one of {ACTIVATIONS}", activation)
     arguments["activation_fn"] = _activations()[activation]
+    require_extra(module.partition(".")[0])
     return getattr(import_module(module), name), arguments
 
 

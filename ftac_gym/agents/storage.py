@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from ftac_gym.agents import network
 from ftac_gym.agents.interface import Interface
 from ftac_gym.agents.normalizer import Normalizer
+from ftac_gym.utils.extras import require_extra
 from ftac_gym.utils.files import reading, replacing, write_text
 from ftac_gym.utils.parameters import require
 from ftac_gym.utils.serialization import parse_json
@@ -99,6 +100,7 @@ def write_agent(
     ValueError
         If the network cannot be written as data, or the provenance has another entry.
     """
+    require_extra("safetensors")
     from safetensors.numpy import save
 
     _check_provenance(provenance)
@@ -177,9 +179,10 @@ def read_agent(folder: Path, remedy: str = _REMEDY) -> Stored:
     ValueError
         If a file is missing, damaged, of another version, or not of this agent; the message is one line with the file
         and the remedy.
-    ImportError
+    MissingExtra
         If Stable-Baselines3, or sb3-contrib for its policies, is not installed.
     """
+    require_extra("safetensors", "stable_baselines3")
     from safetensors import SafetensorError
     from safetensors.numpy import load
 

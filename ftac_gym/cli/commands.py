@@ -2,6 +2,8 @@
 
 from importlib import import_module
 
+from ftac_gym.utils.endings import one_line_ends
+
 NAMES = ("train", "evaluate", "tune", "reproduce", "play", "study", "synthesize", "convert")
 """Names of the programs, which are modules of this folder."""
 
@@ -14,9 +16,9 @@ def run(name: str) -> None:
     name
         One of :data:`NAMES`.
     """
-    program = import_module(f"ftac_gym.cli.{name}")
-    console = import_module("ftac_gym.utils.console")
-    console.run_program(program.main, program.Config, program.__doc__)
+    with one_line_ends():
+        program, console = import_module(f"ftac_gym.cli.{name}"), import_module("ftac_gym.utils.console")
+        console.run_program(program.main, program.Config, program.__doc__)
 
 
 def train() -> None:

@@ -38,7 +38,7 @@ def main(config: Config) -> None:
             f"{config.old}: reading its pickles runs the code in them. If you trust their author, add --trust"
         )
     print(f"reading the pickles of {config.old}, which runs the code in them")
-    with exit_on(ValueError, ImportError):
+    with exit_on(ValueError):
         converted = convert(config.old, config.new)
     for folder, normalized in converted.items():
         note = "with its normaliser" if normalized else "without a normaliser: it takes raw observations"

@@ -208,7 +208,7 @@ def run(
 def run_benchmark(config: Config, console: Console) -> None:
     """Fly the policies through the flagship and its splits."""
     folder, episodes = config.output / "benchmark", all_drawn(config)
-    with exit_on(ValueError, ImportError, prefix="--benchmark: "), exit_on(BrokenExecutor, prefix="not finished: "):
+    with exit_on(ValueError, prefix="--benchmark: "), exit_on(BrokenExecutor, prefix="not finished: "):
         entries = entries_of(config.contenders, scenarios.get("flagship"))
         flights = sum(len(entry.policies) for entry in entries) * sum(map(len, episodes.values()))
         console.print(f"{len(entries)} entries, {len(episodes)} splits, {flights} episodes")

@@ -9,9 +9,6 @@ from importlib import import_module
 from itertools import islice
 from pathlib import Path
 
-from joblib import Parallel, delayed, effective_n_jobs, parallel_config
-from joblib.externals.loky import get_reusable_executor
-
 from ftac_gym.evaluation.batches import Batch, BatchResult, Evaluation, FlightError, batches, joined
 from ftac_gym.evaluation.entries import Entry, entries_of, fitted
 from ftac_gym.evaluation.identity import outside_classes
@@ -19,10 +16,15 @@ from ftac_gym.evaluation.timing import Stopwatch, step_cost
 from ftac_gym.scenarios import SPLITS, frozen
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.extras import naming_extra, require_extra
 from ftac_gym.utils.files import reason_of
 from ftac_gym.utils.parameters import require
 from ftac_gym.utils.processes import end_with_parent
 from ftac_gym.utils.serialization import serializable
+
+with naming_extra():
+    from joblib import Parallel, delayed, effective_n_jobs, parallel_config
+    from joblib.externals.loky import get_reusable_executor
 
 __all__ = ["BACKENDS", "Benchmark", "Entry", "Progress", "entries_of", "fly", "frozen_episodes"]
 
@@ -139,7 +141,7 @@ def fly(
         backend is unknown.
     FlightError
         If the reference fails in flight, after all flights of the others.
-    ImportError
+    MissingExtra
         If the backend is Ray and it is not installed.
     """
     names = [entry.name for entry in entries]
@@ -149,10 +151,8 @@ def fly(
     require(workers != 0, "workers", "must be positive, or -1 for all cores", workers)
     require(len(episodes) > 0, "episodes", "must be given for a split at least", list(episodes))
     if backend == "ray":
-        try:
-            import_module("ray.util.joblib").register_ray()
-        except ImportError:
-            raise ImportError("backend 'ray' needs Ray: pip install 'ftac-gym[cluster]'") from None
+        require_extra("ray")
+        import_module("ray.util.joblib").register_ray()
     scenarios = {split: Scenario.from_json(item.scenario_json) for split, item in episodes.items()}
     jobs = {}
     for entry in entries:

@@ -19,15 +19,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from cmaes import CMA
 
 import ftac_gym
 from ftac_gym.baselines import tuned
 from ftac_gym.evaluation.tuning_objective import FAILED, Search, mean_return
 from ftac_gym.evaluation.tuning_study import JOURNAL, Study, Trial
+from ftac_gym.utils.extras import naming_extra
 from ftac_gym.utils.files import locked, write_text
 from ftac_gym.utils.parameters import require
 from ftac_gym.utils.processes import worker_pool
+
+with naming_extra():
+    from cmaes import CMA
 
 __all__ = ["JOURNAL", "Result", "Study", "Trial", "store", "tune"]
 

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ftac_gym.evaluation.benchmark import Benchmark
-from ftac_gym.report.comparison import PATIENCE
-from ftac_gym.report.csv_files import write_csv
-from ftac_gym.report.page import render
-from ftac_gym.report.pictures import draw
-from ftac_gym.report.results import gather
-from ftac_gym.utils.files import locked, write_text
+from ftac_gym.utils.extras import naming_extra
+
+with naming_extra():
+    from ftac_gym.evaluation.benchmark import Benchmark
+    from ftac_gym.report.comparison import PATIENCE
+    from ftac_gym.report.csv_files import write_csv
+    from ftac_gym.report.page import render
+    from ftac_gym.report.pictures import draw
+    from ftac_gym.report.results import gather
+    from ftac_gym.utils.files import locked, write_text
 
 __all__ = ["write_report"]
 

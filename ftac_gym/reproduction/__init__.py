@@ -10,12 +10,15 @@ from collections.abc import Callable, Mapping
 from types import ModuleType
 from typing import NamedTuple
 
-from matplotlib.figure import Figure
+from ftac_gym.utils.extras import naming_extra
 
-from ftac_gym.evaluation.tables import Cells
-from ftac_gym.reproduction import cao_2022, chen_2018, li_2023, ma_2023, zhang_zhou_2019
-from ftac_gym.reproduction.recordings import Plan, Recordings
-from ftac_gym.reproduction.verdicts import Finding, Measure, Reproduction, written
+with naming_extra():
+    from matplotlib.figure import Figure
+
+    from ftac_gym.evaluation.tables import Cells
+    from ftac_gym.reproduction import cao_2022, chen_2018, li_2023, ma_2023, zhang_zhou_2019
+    from ftac_gym.reproduction.recordings import Plan, Recordings
+    from ftac_gym.reproduction.verdicts import Finding, Measure, Reproduction, written
 
 
 class Paper(NamedTuple):

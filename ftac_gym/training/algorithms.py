@@ -16,6 +16,7 @@ from stable_baselines3.common.vec_env import VecEnv
 from ftac_gym.agents.interface import ON_BASE, Interface
 from ftac_gym.training.hyperparameters import ALGORITHMS, Hyperparameters
 from ftac_gym.training.networks import PrivilegedCriticPolicy
+from ftac_gym.utils.extras import require_extra
 from ftac_gym.utils.parameters import require
 
 BASE_NOISE = 0.1
@@ -51,12 +52,13 @@ def build(
     ------
     ValueError
         If the algorithm is unknown, or its critic is to see the faults and it is not PPO.
-    ImportError
+    MissingExtra
         If it is of sb3-contrib, which is not installed.
     """
     require(algorithm in ALGORITHMS, "algo", f"must be one of {list(ALGORITHMS)}", algorithm)
     kinds: dict[str, type[BaseAlgorithm]] = {"ppo": PPO, "sac": SAC}
     if algorithm not in kinds:
+        require_extra("sb3_contrib")
         from sb3_contrib import TQC, RecurrentPPO
 
         kinds |= {"recurrent_ppo": RecurrentPPO, "tqc": TQC}

@@ -1,15 +1,13 @@
 """Pieces that the command-line scripts share: errors, provenance and tables; needs the ``train`` extra."""
 
 import dataclasses
-import os
 import shlex
 import subprocess
-import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any, TextIO, TypeVar
+from typing import Any, TypeVar
 
 import tyro
 from rich.console import Console
@@ -17,20 +15,15 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from ftac_gym.utils.endings import one_line_ends
 from ftac_gym.utils.files import locked
 from ftac_gym.utils.parameters import fields_named
 
 Config = TypeVar("Config")
 
-INTERRUPTED, PIPE_CLOSED = 130, 141
-"""Statuses of a shell for programs that SIGINT and SIGPIPE end."""
-
 
 def run_program(main: Callable[[Config], None], config: type[Config], description: str | None) -> None:
-    """Run a program with the configuration of its command line, to its end or to one line about its surroundings.
-
-    Ctrl-C, a closed pipe, and whatever the operating system refuses, such as a full disk or a file in the place of a
-    folder, end it without a traceback. Characters that the terminal lacks are shown as escapes.
+    """Run a program with the configuration of its command line; see :func:`~ftac_gym.utils.endings.one_line_ends`.
 
     Parameters
     ----------
@@ -41,36 +34,8 @@ def run_program(main: Callable[[Config], None], config: type[Config], descriptio
     description
         Help text.
     """
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="backslashreplace")
-    try:
+    with one_line_ends():
         main(tyro.cli(config, description=description))
-        sys.stdout.flush()
-    except KeyboardInterrupt:
-        _end("interrupted", INTERRUPTED)
-    except BrokenPipeError:
-        _end("", PIPE_CLOSED)
-    except OSError as error:
-        _end(f"{error.strerror or error}{f': {error.filename}' if error.filename else ''}", 1)
-
-
-def _end(message: str, status: int) -> None:
-    """End the program with a message and a status, whether or not its streams still work."""
-    if message:
-        with suppress(OSError):
-            sys.stderr.write(f"{message}\n")
-    for stream in (sys.stdout, sys.stderr):
-        _close(stream)
-    raise SystemExit(status)
-
-
-def _close(stream: TextIO) -> None:
-    """Lead a stream that no longer works to nowhere: the interpreter would complain of it at its end."""
-    try:
-        stream.flush()
-    except OSError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 @contextmanager

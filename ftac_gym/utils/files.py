@@ -10,6 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
+from ftac_gym.utils.extras import require_extra
 from ftac_gym.utils.parameters import in_one_line, require
 
 if TYPE_CHECKING:
@@ -158,6 +159,7 @@ def locked(folder: Path, patience: float = 0.0) -> Iterator[None]:
 
 
 def _lock(folder: Path, patience: float) -> BaseFileLock:
+    require_extra("filelock")
     from filelock import FileLock, Timeout
 
     folder.mkdir(parents=True, exist_ok=True)

@@ -13,8 +13,8 @@ from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
-from gymnasium.error import DependencyNotInstalled
 
+from ftac_gym.utils.extras import require_extra
 from ftac_gym.utils.files import PARTIAL, replacing
 from ftac_gym.utils.parameters import require
 
@@ -63,19 +63,16 @@ class Film:
         rule = "must be at most 50 for a .gif"
         require(not gif or frames_per_second <= 50, "frames_per_second", rule, frames_per_second)
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            from imageio.v2 import get_writer
-            from PIL.Image import fromarray
+        require_extra("PIL", "imageio", "imageio_ffmpeg")
+        from imageio.v2 import get_writer
+        from PIL.Image import fromarray
 
-            self._image = fromarray
-            if not gif:
-                # Its warnings, of which some depend on when ffmpeg ends, say less than the errors of the film.
-                logging.getLogger("imageio_ffmpeg").setLevel(logging.ERROR)
-                options: dict[str, Any] = {"fps": frames_per_second, "codec": "libx264", "quality": 8}
-                self._writer = get_writer(self._partial, macro_block_size=2, ffmpeg_log_level="quiet", **options)
-        except ImportError as error:
-            text = 'a film needs the extra "render": pip install "ftac-gym[render]"'
-            raise DependencyNotInstalled(text) from error
+        self._image = fromarray
+        if not gif:
+            # Its warnings, of which some depend on when ffmpeg ends, say less than the errors of the film.
+            logging.getLogger("imageio_ffmpeg").setLevel(logging.ERROR)
+            options: dict[str, Any] = {"fps": frames_per_second, "codec": "libx264", "quality": 8}
+            self._writer = get_writer(self._partial, macro_block_size=2, ffmpeg_log_level="quiet", **options)
 
     def add(self, frame: npt.NDArray[np.uint8]) -> None:
         """Add a frame (height, width, 3).

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
+from ftac_gym.utils.extras import require_extra
 from ftac_gym.wrappers.action_hold import ActionHold
 from ftac_gym.wrappers.fault_estimate import FaultEstimateObservation
 from ftac_gym.wrappers.gain_scheduling import GainScheduling, schedulable_bases
@@ -25,6 +26,7 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     """Import the adapter for Stable-Baselines3, and with it PyTorch, at its first use."""
     if name == "SB3VecEnv":
+        require_extra("stable_baselines3")
         from ftac_gym.wrappers.sb3 import SB3VecEnv
 
         return SB3VecEnv

@@ -112,13 +112,8 @@ def test_a_ray_cluster_gives_the_same_numbers(entries, alone, small_batches, tmp
 
 
 def test_a_missing_ray_names_its_extra(entries, monkeypatch):
-    module = import_module("ftac_gym.evaluation.benchmark")
-
-    def missing(name):
-        raise ImportError(name)
-
-    monkeypatch.setattr(module, "import_module", missing)
-    with pytest.raises(ImportError, match=r"pip install 'ftac-gym\[cluster\]'"):
+    monkeypatch.setitem(sys.modules, "ray", None)
+    with pytest.raises(ImportError, match=r'ray is missing: pip install "ftac_gym\[cluster\]"'):
         fly(entries, EPISODES, BASELINES[0], backend="ray")
 
 

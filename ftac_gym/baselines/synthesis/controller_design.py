@@ -86,7 +86,7 @@ def design_controller(
     ------
     ValueError
         If there is no solution: the message names the constraint that excludes one.
-    ImportError
+    MissingExtra
         Without CVXPY.
     """
     for name, value in (("state_bound", state_bound), ("torque_bound", torque_bound)):

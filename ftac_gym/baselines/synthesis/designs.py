@@ -27,6 +27,7 @@ from ftac_gym.baselines.synthesis.observer_design import DISC as OBSERVER_DISC
 from ftac_gym.baselines.synthesis.observer_design import ObserverDesign, design_observer
 from ftac_gym.baselines.synthesis.regions import Disc
 from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.utils.extras import MissingExtra
 from ftac_gym.utils.files import reading
 from ftac_gym.utils.parameters import FloatArray, require
 from ftac_gym.utils.serialization import parse_json
@@ -76,7 +77,7 @@ def design(
     ------
     ValueError
         If the spacecraft is rigid or there is no solution.
-    ImportError
+    MissingExtra
         Without CVXPY.
     """
     model, wheels = TakagiSugenoModel(spacecraft), spacecraft.wheels
@@ -108,7 +109,7 @@ def solved(spacecraft: Spacecraft) -> DesignGains:
     ------
     ValueError
         If the spacecraft is rigid, there is no solution, or a stored design is damaged.
-    ImportError
+    MissingExtra
         If no design is stored, and without CVXPY.
     """
     numbers = identity(spacecraft)
@@ -122,8 +123,8 @@ def solved(spacecraft: Spacecraft) -> DesignGains:
                 return DesignGains(ObserverGains(**data["observer"]), ControllerGains(**data["controller"]))
     try:
         observer, controller = design(spacecraft)
-    except ImportError as error:
-        raise ImportError(f"no design is stored for this spacecraft, and {error}") from None
+    except MissingExtra as error:
+        raise MissingExtra(f"no design is stored for this spacecraft, and {error}") from None
     return DesignGains(observer.gains, controller.gains)
 
 

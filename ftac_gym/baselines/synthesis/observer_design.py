@@ -127,7 +127,7 @@ def design_observer(
     ------
     ValueError
         If the faults are not observable, or there is no solution: the message names the constraint that excludes one.
-    ImportError
+    MissingExtra
         Without CVXPY.
     """
     if fault_axes is not None:

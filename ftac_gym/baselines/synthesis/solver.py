@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
+from importlib import import_module
 from typing import Any
+
+from ftac_gym.utils.extras import require_extra
 
 Groups = Mapping[str, Sequence[Any]]
 """Constraints by their purpose."""
 
 
 def cvxpy() -> Any:
-    """Return the CVXPY module; raise an ImportError with the remedy without it."""
-    try:
-        import cvxpy as module
-    except ImportError:
-        raise ImportError("solving matrix inequalities needs CVXPY and Clarabel: pip install 'ftac-gym[lmi]'") from None
-    return module
+    """Return the CVXPY module; raise a MissingExtra without it or its solver."""
+    require_extra("cvxpy", "clarabel")
+    return import_module("cvxpy")
 
 
 def negative(matrix: Any) -> Any:

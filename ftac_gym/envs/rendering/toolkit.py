@@ -4,7 +4,7 @@ from functools import cache, lru_cache
 from importlib import import_module
 from typing import Any
 
-from gymnasium.error import DependencyNotInstalled
+from ftac_gym.utils.extras import naming_extra
 
 
 class _Library:
@@ -14,11 +14,8 @@ class _Library:
         if name.startswith("__"):
             # Tools that inspect modules ask for these; they must not import the library.
             raise AttributeError(name)
-        try:
+        with naming_extra():
             return getattr(import_module("pygame"), name)
-        except ImportError as error:
-            text = 'pygame is missing, which rendering needs: pip install "ftac-gym[render]"'
-            raise DependencyNotInstalled(text) from error
 
 
 pygame: Any = _Library()

@@ -118,13 +118,13 @@ def test_bad_sizes_are_refused(width, height):
 
 def test_a_missing_library_names_the_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "pygame", None)
-    with pytest.raises(DependencyNotInstalled, match=r"pip install \"ftac-gym\[render\]\""):
+    with pytest.raises(DependencyNotInstalled, match=r'pygame is missing: pip install "ftac_gym\[render\]"'):
         SpacecraftFTCVectorEnv(1, render_mode="human")
     # Stable-Baselines3 asks for arrays whenever it makes an environment.
     env = SpacecraftFTCVectorEnv(1, render_mode="rgb_array")
     env.reset(seed=0)
     env.step(env.action_space.sample())
-    with pytest.raises(DependencyNotInstalled, match=r"pip install \"ftac-gym\[render\]\""):
+    with pytest.raises(DependencyNotInstalled, match=r'pygame is missing: pip install "ftac_gym\[render\]"'):
         env.render()
 
 
