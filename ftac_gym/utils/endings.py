@@ -21,8 +21,8 @@ INTERRUPTED, PIPE_CLOSED = 130, 141
 def one_line_ends() -> Iterator[None]:
     """End the program with one line about its surroundings, if they stop the block.
 
-    These are Ctrl-C, a closed pipe, a package of an extra that is not installed, and whatever the operating system
-    refuses, such as a full disk or a file in the place of a folder. Characters that the terminal lacks are shown as
+    These are Ctrl-C, a closed pipe, a missing package of an extra, and whatever the operating system refuses. A full
+    disk is an example, or a file in the place of a folder. Characters that the terminal lacks are shown as
     escapes.
     """
     for stream in (sys.stdout, sys.stderr):
