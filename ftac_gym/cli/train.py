@@ -40,7 +40,7 @@ from ftac_gym.task.scenario import Scenario
 from ftac_gym.training.algorithms import build, has_base
 from ftac_gym.training.callbacks import Schedule, TrainingCallback
 from ftac_gym.training.checkpoints import checkpoints, naming_divergence, restore_newest
-from ftac_gym.training.environments import evaluator, training_environment, with_weights
+from ftac_gym.training.environments import evaluator, training_environment
 from ftac_gym.training.evaluations import AGENT, Evaluations
 from ftac_gym.training.hyperparameters import (
     CONFIGS,
@@ -160,7 +160,7 @@ def training_scenario(config: Config, parameters: Hyperparameters) -> Scenario:
     if config.scenario is not None:
         changes["scenario"] = config.scenario
     scenario: Scenario = gym.make(config.env_id, **changes).unwrapped.scenario  # type: ignore[attr-defined]
-    return with_weights(scenario, parse_assignments(config.reward, "reward"))
+    return scenario.replace(reward=parse_assignments(config.reward, "reward"))
 
 
 def provenance(config: Config, steps: int, seconds: float) -> dict[str, Any]:

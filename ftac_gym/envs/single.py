@@ -82,7 +82,8 @@ class SpacecraftFTCEnv(BatchEnvironment, gym.Env[Observation, npt.NDArray[Any]])
     default_scenario
         Name of the scenario that the id stands for.
     **scenario_changes
-        Fields of the scenario to replace, for example ``duration=60.0`` or ``faults=None``.
+        Fields of the scenario to replace, for example ``duration=60.0``, ``faults=None``, ``faults="outage:0@5"`` or
+        ``reward={"on_target": 1.0}``; see :meth:`~ftac_gym.task.scenario.Scenario.replace` for the short forms.
 
     Raises
     ------

@@ -105,6 +105,29 @@ def parse(text: str) -> Fault:
     return example(kind, **fields)
 
 
+def parse_all(text: str) -> tuple[Fault, ...]:
+    """Turn a text into faults.
+
+    Parameters
+    ----------
+    text
+        Specifications of :func:`parse`, joined by commas: ``"outage:0@5, bias:2@20, constant=0.05"`` is an outage and
+        a bias. A part with ``=`` is a field of the fault before it.
+
+    Raises
+    ------
+    ValueError
+        As for :func:`parse`.
+    """
+    faults: list[str] = []
+    for part in text.split(","):
+        if "=" in part and faults:
+            faults[-1] += f",{part}"
+        else:
+            faults.append(part)
+    return tuple(map(parse, faults))
+
+
 def _number(text: str, part: str, forms: str, whole: str) -> Any:
     value = _value(text)
     require(not isinstance(value, (str, bool)), part, f"must be a number [s]; a fault {forms}", whole)

@@ -19,7 +19,7 @@ from ftac_gym.utils.parameters import (
     interval,
     is_number,
     largest,
-    non_negative,
+    non_negative_interval,
     normalise,
     optional,
     require,
@@ -61,9 +61,9 @@ class InitialState:
         Angle from the inertial frame of a random attitude [rad], its axis uniform on the sphere; None makes the
         attitude uniform over all rotations.
     rate
-        Fixed body rate [rad/s]; None draws a direction uniformly and a magnitude uniformly below ``max_rate``.
+        Fixed body rate [rad/s]; None draws its direction uniformly and its magnitude by ``max_rate``.
     max_rate
-        Largest magnitude of a random rate [rad/s].
+        Magnitude of a random rate [rad/s]: uniform below a number, or uniform in a pair (low, high).
     wheel_momentum
         Momentum of each wheel [N m s]: one interval for all wheels.
     fixed_wheel_momentum
@@ -75,7 +75,7 @@ class InitialState:
     attitude: Vector | None = None
     angle: Interval | None = None
     rate: Vector | None = None
-    max_rate: float = 0.0
+    max_rate: Interval = 0.0
     wheel_momentum: Interval = 0.0
     fixed_wheel_momentum: Vector | None = None
     modal_displacement: tuple[Interval, ...] | None = field(default=None, metadata=LATER_PART)
@@ -86,7 +86,7 @@ class InitialState:
         normalise(self, optional(unit_quaternion), "attitude")
         normalise(self, optional(lambda value, name: interval(value, name, 0.0, math.pi)), "angle")
         normalise(self, optional(lambda values, name: vector(values, 3, name)), "rate")
-        normalise(self, non_negative, "max_rate")
+        normalise(self, non_negative_interval, "max_rate")
         normalise(self, interval, "wheel_momentum")
         normalise(self, optional(lambda values, name: vector(values, None, name)), "fixed_wheel_momentum")
         normalise(self, optional(_modal), *_MODAL)
@@ -109,7 +109,7 @@ class InitialState:
     @property
     def largest_rate(self) -> float:
         """Largest body rate [rad/s]."""
-        return self.max_rate if self.rate is None else math.hypot(*self.rate)
+        return largest(self.max_rate) if self.rate is None else math.hypot(*self.rate)
 
     def largest_momentum(self, wheels: int) -> FloatArray:
         """Return the largest momentum of each wheel (wheels,) [N m s]."""
@@ -172,7 +172,9 @@ class InitialState:
         if self.rate is not None:
             table["rate"] = self.rate
         else:
-            table["rate"] = (self.max_rate * uniform[:, 3])[:, None] * uniform_directions(uniform[:, 4:6])
+            low, high = self.max_rate if isinstance(self.max_rate, tuple) else (0.0, self.max_rate)
+            magnitude = draw((low, high), uniform[:, 3])
+            table["rate"] = magnitude[:, None] * uniform_directions(uniform[:, 4:6])
         if self.fixed_wheel_momentum is None:
             table["wheel_momentum"] = draw(self.wheel_momentum, uniform[:, 7 : 7 + wheels])
         else:

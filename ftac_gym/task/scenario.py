@@ -16,6 +16,7 @@ import numpy.typing as npt
 from ftac_gym.faults import Fault, FaultDistribution, FaultSchedule
 from ftac_gym.faults.table import FLIPS
 from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.task.changes import changed, changed_faults
 from ftac_gym.task.disturbances import Disturbance
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.feasibility import Demand, feasibility_labels
@@ -174,7 +175,13 @@ class Scenario:
     def replace(self, **changes: Any) -> Scenario:
         """Return a copy with some fields changed.
 
-        A part may also be given as a plain dict, in the form of :meth:`to_dict`.
+        Parts have short forms:
+
+        - a dict of some of its fields changes the part that is there, or the default part where there is none, as in
+          ``reward={"on_target": 1.0}`` or ``spacecraft={"wheels": {"torque_limit": 0.1}}``;
+        - a dict with ``"type"``, in the form of :meth:`to_dict`, is a new part;
+        - faults may be one fault or a list of faults, or text as in ``faults="outage:0@5, bias:2@20"``, see
+          :func:`~ftac_gym.faults.specification.parse_all`.
 
         Raises
         ------
@@ -185,11 +192,13 @@ class Scenario:
         """
         check_fields(changes, "Scenario.replace")
         hints = get_type_hints(Scenario)
-        rebuilt = {
-            name: from_plain(value, name, hints[name]) if isinstance(value, Mapping) else value
+        parts = {
+            name: changed_faults(self.faults, value, hints[name])
+            if name == "faults"
+            else changed(getattr(self, name), value, name, hints[name])
             for name, value in changes.items()
         }
-        return dataclasses.replace(self, **rebuilt)
+        return dataclasses.replace(self, **parts)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain JSON data."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -46,20 +45,6 @@ def training_environment(env_id: str, scenario: Scenario, interface: Interface, 
         rule = f"must have the {part.replace('_', ' ')} {required} of {env_id}"
         require(given == required, "scenario", rule, given)
     return SB3VecEnv(interface.wrap_for_training(native), interface.hold), single.observation_space.shape[0]
-
-
-def with_weights(scenario: Scenario, weights: Mapping[str, float]) -> Scenario:
-    """Return a scenario with other weights of its reward.
-
-    Raises
-    ------
-    ValueError
-        If a weight is unknown or not finite.
-    """
-    known = [item.name for item in dataclasses.fields(scenario.reward)]
-    for name in weights:
-        require(name in known, "reward", f"must be among {known}", name)
-    return scenario.replace(reward=dataclasses.replace(scenario.reward, **weights))
 
 
 def evaluator(task: Scenario, seed: int, count: int) -> Callable[[Agent], Mapping[str, float]]:

@@ -64,7 +64,7 @@ def required_fields(cls: type) -> list[str]:
 
 
 def to_plain(value: Any) -> Any:
-    """Turn a (nested) dataclass into dicts, lists, numbers, strings and None."""
+    """Turn a dataclass, or dicts and lists with dataclasses inside, into dicts, lists, numbers, strings and None."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         fields = {
             field.name: to_plain(getattr(value, field.name))
@@ -74,6 +74,8 @@ def to_plain(value: Any) -> Any:
         return {TYPE_KEY: type(value).__name__, **fields}
     if isinstance(value, (tuple, list)):
         return [to_plain(item) for item in value]
+    if isinstance(value, Mapping):
+        return {name: to_plain(item) for name, item in value.items()}
     return value
 
 
@@ -162,7 +164,7 @@ def from_plain(value: Any, path: str, hint: Any = object) -> Any:
         has the path of the field.
     """
     try:
-        return _rebuilt(value, path, tuple(_classes_of(hint)))
+        return _rebuilt(value, path, tuple(classes_of(hint)))
     except RecursionError:
         raise _too_deep(path) from None
 
@@ -180,9 +182,9 @@ def _rebuilt(value: Any, path: str, bases: tuple[type, ...]) -> Any:
     for key in required_fields(cls):
         if key not in value:
             raise ValueError(f"{path}: {name} needs the field {key!r}")
-    hints = _hints(cls)
+    hints = hints_of(cls)
     fields = {
-        key: _rebuilt(value[key], f"{path}.{key}", tuple(_classes_of(hints[key]))) for key in known if key in value
+        key: _rebuilt(value[key], f"{path}.{key}", tuple(classes_of(hints[key]))) for key in known if key in value
     }
     try:
         with np.errstate(all="ignore"):  # Huge numbers overflow in the checks that refuse them.
@@ -206,16 +208,16 @@ def _named(value: Mapping[str, Any], path: str, bases: tuple[type, ...]) -> type
     raise ValueError(in_one_line(f"{path}.{TYPE_KEY} must be one of {fitting}, got {name!r}{custom}"))
 
 
-def _classes_of(hint: Any) -> Iterator[type]:
+def classes_of(hint: Any) -> Iterator[type]:
     """Yield the classes of objects in a type annotation."""
     if hint is object or (isinstance(hint, type) and dataclasses.is_dataclass(hint)):
         yield hint
     for part in get_args(hint):
-        yield from _classes_of(part)
+        yield from classes_of(part)
 
 
 @cache
-def _hints(cls: type) -> dict[str, Any]:
+def hints_of(cls: type) -> dict[str, Any]:
     """Return the type annotations of a class's fields; ``object`` for all where they cannot be evaluated."""
     try:
         return get_type_hints(cls)

@@ -8,6 +8,7 @@ from scipy import stats
 from scipy.spatial.transform import Rotation
 
 from ftac_gym.task import InitialState
+from ftac_gym.utils.serialization import from_plain, to_plain
 
 LIMITS = np.full(4, 12.0)
 DEGREE = math.pi / 180.0
@@ -66,6 +67,17 @@ def test_rate_has_uniform_magnitude_and_direction():
     rate = draw(InitialState(max_rate=0.02))["rate"]
     assert stats.kstest(np.linalg.norm(rate, axis=1), "uniform", (0.0, 0.02)).pvalue > 1e-3
     assert_uniform_on_sphere(rate)
+
+
+def test_an_interval_bounds_the_magnitude_of_the_rate_on_both_sides():
+    state = InitialState(max_rate=[0.01, 0.03])
+    rate = draw(state)["rate"]
+    assert stats.kstest(np.linalg.norm(rate, axis=1), "uniform", (0.01, 0.02)).pvalue > 1e-3
+    assert_uniform_on_sphere(rate)
+    assert state.largest_rate == 0.03 and from_plain(to_plain(state), "state", InitialState) == state
+    np.testing.assert_array_equal(
+        draw(InitialState(max_rate=(0.0, 0.02)))["rate"], draw(InitialState(max_rate=0.02))["rate"]
+    )
 
 
 def test_rate_does_not_depend_on_the_attitude():
@@ -146,6 +158,7 @@ def test_fixed_start_takes_one_momentum_per_wheel_for_any_number_of_wheels(wheel
         ({"rate": (0.1, 0.2, math.inf)}, "rate must be finite"),
         ({"rate": ("fast", 0.0, 0.0)}, "rate must"),
         ({"max_rate": -0.1}, "max_rate must not be negative"),
+        ({"max_rate": (0.2, 0.1)}, "max_rate must have low <= high"),
         ({"wheel_momentum": (2.0, 1.0)}, "wheel_momentum must have low <= high"),
         ({"fixed_wheel_momentum": (1.0, math.nan, 1.0)}, "fixed_wheel_momentum must be finite"),
         ({"wheel_momentum": "full"}, "wheel_momentum must be a number"),

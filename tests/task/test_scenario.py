@@ -61,7 +61,15 @@ def test_timing_in_steps():
         ({"spacecraft": None}, "spacecraft must be a Spacecraft"),
         ({"initial_state": None}, "initial_state must be a InitialState"),
         ({"reference": Outage(wheel=0)}, "reference must be a SetPoints or MRPSinusoid or RateProfile"),
-        ({"faults": Outage(wheel=0)}, "faults must be a FaultDistribution or FaultSchedule or None"),
+        ({"faults": 3}, "faults must be a FaultDistribution or FaultSchedule or None"),
+        (
+            {"initial_state": InitialState(wheel_momentum=13.0)},
+            r"initial_state.wheel_momentum must stay within the lim",
+        ),
+        (
+            {"initial_state": InitialState(fixed_wheel_momentum=(0.0,) * 3)},
+            "initial_state.fixed_wheel_momentum must have 4",
+        ),
         ({"disturbance": 0.1}, "disturbance must be a Disturbance or LowOrbitTorque or None"),
         (
             {"sensors": {"type": "Harmonic", "amplitude": [0, 0, 0], "frequency": 1}},

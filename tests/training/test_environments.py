@@ -1,7 +1,5 @@
 """Environments of training and evaluation."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from helpers.untrained_agents import write_agent
@@ -10,7 +8,7 @@ from ftac_gym import scenarios
 from ftac_gym.agents.agent import Agent
 from ftac_gym.agents.interface import Interface
 from ftac_gym.evaluation import rollout
-from ftac_gym.training.environments import evaluator, training_environment, with_weights
+from ftac_gym.training.environments import evaluator, training_environment
 
 SHORT = scenarios.get("flagship").replace(duration=3.0)
 ID = "SpacecraftFTC-v0"
@@ -29,14 +27,6 @@ def test_a_training_flies_its_own_scenario_with_an_observation_for_the_actor():
 def test_a_scenario_with_other_spaces_is_refused():
     with pytest.raises(ValueError, match=rf"scenario must have the observation space .* of {ID}, got"):
         training_environment(ID, scenarios.get("cao_2022"), Interface(), 2)
-
-
-def test_weights_of_the_reward():
-    changed = with_weights(SHORT, {"on_target": 3.0})
-    assert changed.reward == dataclasses.replace(SHORT.reward, on_target=3.0)
-    assert changed.replace(reward=SHORT.reward) == SHORT
-    with pytest.raises(ValueError, match=r"reward must be among .*'on_target'.*, got 'off_target'"):
-        with_weights(SHORT, {"off_target": 1.0})
 
 
 def test_evaluations_are_means_over_the_feasible_ones_of_fixed_episodes(tmp_path):
