@@ -20,6 +20,7 @@ from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.fitting import fitted
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.reach import fastest_rate
+from ftac_gym.task.sampled_reference import table_of
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.task.vibration import modal_energy, vibration_torque
 from ftac_gym.utils.parameters import FloatArray, is_whole, real_numbers, require
@@ -64,6 +65,7 @@ class Simulator:
         self._rate_torque = uncertainty is not None and uncertainty.rate_torque
         self._step, self._substeps = scenario.physics_step, scenario.substeps
         self._largest_rate = fastest_rate(scenario)
+        self._trajectory = table_of(scenario.reference, scenario.control_period, scenario.horizon)
 
         count = self.num_spacecraft
         self.state = State.at_rest(count, wheels.count, scenario.spacecraft.modes)
@@ -285,6 +287,11 @@ class Simulator:
             episodes.sensors, episodes.sensor_faults, episodes.switches, episodes.key, episodes.index,
             self._gyro_bias, self.measured_attitude, self.measured_rate, self.star_tracker_valid, self._largest_rate,
         )  # fmt: skip
+        if self._trajectory is not None:
+            ticks = np.minimum(self.ticks[rows], len(self._trajectory[0]) - 1)
+            followed = self.reference_attitude, self.reference_rate, self.reference_acceleration
+            for values, table in zip(followed, self._trajectory, strict=True):
+                values[rows] = table[ticks]
         if diverged:
             parts = {name: getattr(state, name) for name in MOVED}, {name: getattr(self, name) for name in SEEN}
             raise divergence(*parts, self.time, rows, self._largest_rate)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -51,6 +52,9 @@ def reference_motion(episodes: Episodes, time: FloatArray) -> Motion:
     record = episodes.reference[0]
     if record["kind"] == ReferenceKind.SET_POINTS:
         return Motion(np.zeros((len(time), 3)), np.zeros((len(time), 3)))
+    if record["kind"] == ReferenceKind.SAMPLED:
+        sampled: Any = Scenario.from_json(episodes.scenario_json).reference
+        return Motion(*sampled.motion(time)[1:])
     frequency = record["frequency"]
     angle = time[:, None] * frequency + record["phase"]
     value = record["constant"] + record["amplitude"] * np.sin(angle)

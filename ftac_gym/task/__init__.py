@@ -9,6 +9,7 @@ from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.objective import RewardWeights, SuccessCriterion
 from ftac_gym.task.prescribed_bound import PrescribedBound
 from ftac_gym.task.references import MRPSinusoid, RateProfile, SetPoints, fixed_attitude
+from ftac_gym.task.sampled_reference import SampledReference
 from ftac_gym.task.scenario import Scenario, success_steps
 from ftac_gym.task.sensors import SensorErrors
 from ftac_gym.task.vibration import AppendageUncertainty
@@ -26,6 +27,7 @@ __all__ = [
     "PrescribedBound",
     "RateProfile",
     "RewardWeights",
+    "SampledReference",
     "Scenario",
     "SensorErrors",
     "SetPoints",

@@ -142,7 +142,8 @@ def _check_body(episodes: Episodes, scenario: Scenario, least: float, most: floa
     swing = np.abs(reference["amplitude"])
     sinusoid = 4.0 * np.linalg.norm(swing * reference["frequency"], axis=1)
     profile = np.linalg.norm(np.abs(reference["constant"]) + swing, axis=1)
-    rates = np.select([reference["kind"] == kind for kind in ReferenceKind], [0.0 * swing[:, 0], sinusoid, profile])
+    still = np.zeros(len(reference))  # A sampled reference is that of the scenario.
+    rates = np.select([reference["kind"] == kind for kind in ReferenceKind], [still, sinusoid, profile, still])
     turning: Rule = lambda values: values <= fastest, f"must make a reference of at most {fastest:.4g} rad/s"
     check_values(rates, turning, "reference.amplitude")
 

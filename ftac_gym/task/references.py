@@ -29,11 +29,12 @@ from ftac_gym.utils.serialization import serializable
 
 
 class ReferenceKind(IntEnum):
-    """Kind of reference that the plant evaluates."""
+    """Kind of reference; the plant evaluates all but the sampled one, which the simulator has as a table."""
 
     SET_POINTS = 0
     MRP_SINUSOID = 1
     RATE_PROFILE = 2
+    SAMPLED = 3
 
 
 _SINUSOID = ("constant", "amplitude", "frequency", "phase")
@@ -201,6 +202,3 @@ class RateProfile(_Sinusoid):
 def fixed_attitude(attitude: Vector = IDENTITY) -> SetPoints:
     """Return the reference that holds one attitude."""
     return SetPoints((attitude,), (0.0,))
-
-
-Reference = SetPoints | MRPSinusoid | RateProfile

@@ -26,7 +26,8 @@ from ftac_gym.task.integrability import check_motion, check_numbers
 from ftac_gym.task.low_orbit import LowOrbitTorque
 from ftac_gym.task.objective import RewardWeights, SuccessCriterion
 from ftac_gym.task.prescribed_bound import PrescribedBound
-from ftac_gym.task.references import Reference, SetPoints
+from ftac_gym.task.references import MRPSinusoid, RateProfile, SetPoints
+from ftac_gym.task.sampled_reference import SampledReference
 from ftac_gym.task.sensors import SENSOR, SensorErrors
 from ftac_gym.task.vibration import AppendageUncertainty, check_modes
 from ftac_gym.utils.parameters import (
@@ -100,7 +101,7 @@ class Scenario:
     name: str
     spacecraft: Spacecraft
     initial_state: InitialState = field(default_factory=InitialState)
-    reference: Reference = field(default_factory=SetPoints)
+    reference: SetPoints | MRPSinusoid | RateProfile | SampledReference = field(default_factory=SetPoints)
     faults: FaultDistribution | FaultSchedule | None = None
     disturbance: Disturbance | LowOrbitTorque | None = None
     sensors: SensorErrors | None = None
@@ -133,6 +134,10 @@ class Scenario:
             require(whole, name, f"must be a multiple of {unit_name} = {unit!r} s", value)
         with fields_named("initial_state."):
             self.initial_state.check(self.spacecraft.wheels.momentum_limits, self.spacecraft.modes)
+        if isinstance(self.reference, SampledReference):
+            last = self.reference.times[-1]
+            rule = f"must not exceed the time of the last sample of the reference, {last:g} s"
+            require(self.duration <= last + 1e-9, "duration", rule, self.duration)
         if self.misalignment is not None:
             error = matrix(self.misalignment, 3, self.spacecraft.wheels.count, "misalignment")
             worst = float(np.linalg.norm(error, axis=0).max())

@@ -16,6 +16,7 @@ from ftac_gym.task import (
     MRPSinusoid,
     RateProfile,
     RewardWeights,
+    SampledReference,
     Scenario,
     SensorErrors,
     SetPoints,
@@ -38,6 +39,7 @@ PARTS = [  # every class with no field at its default
     {"reference": SetPoints(((1.0, 0.0, 0.0, 0.0), (0.0, 0.6, 0.8, 0.0)), (0.0, 5.0))},
     {"reference": MRPSinusoid(AXES, AXES, AXES, AXES)},
     {"reference": RateProfile(AXES, AXES, AXES, AXES, (0.0, 0.0, 0.6, 0.8))},
+    {"reference": SampledReference((0.0, 200.0), ((1.0, 0.0, 0.0, 0.0), (0.8, 0.6, 0.0, 0.0)))},
     {
         "faults": faults.FaultDistribution(
             (faults.Outage(**TIMING), faults.HardOver(fraction=(-0.5, 0.5))), (0.3, 0.7), (0.1, 0.6, 0.3)

@@ -21,6 +21,7 @@ from ftac_gym.task import (
     PrescribedBound,
     RateProfile,
     RewardWeights,
+    SampledReference,
     Scenario,
     SensorErrors,
 )
@@ -55,6 +56,7 @@ PARTS = [
     {"initial_state": InitialState((1.0, 0.0, 0.0, 0.0), 1.0, (0.1, 0.2, 0.3), 0.4, 0.0, (0.1, 0.2, 0.3, 0.4))},
     {"reference": MRPSinusoid(AXES, AXES, AXES, AXES), "misalignment": np.zeros((3, 4))},
     {"reference": RateProfile(AXES, AXES, AXES, AXES)},
+    {"reference": SampledReference((0.0, 200.0), ((1.0, 0.0, 0.0, 0.0), (0.8, 0.6, 0.0, 0.0)))},
     {"faults": faults.FaultDistribution((faults.Outage(),), (1.0,), (0.5, 0.5))},
     *({"faults": placed(kind)} for kind in faults.KINDS),
     {"disturbance": Disturbance(AXES, (Harmonic(AXES, 0.2, AXES),), 0.1)},
