@@ -83,12 +83,18 @@ class BatchEnvironment:
 
     @property
     def spec(self) -> EnvSpec | None:
-        """The specification that makes this environment again, with scenarios and their parts as plain data."""
+        """The specification that makes this environment again, with scenarios and their parts as plain data.
+
+        ``max_episode_steps`` is the length of its own episodes. The registry has none: Gymnasium would end every
+        episode there, whatever ``duration`` an environment is made with.
+        """
         return self._spec
 
     @spec.setter
     def spec(self, value: EnvSpec | None) -> None:
         if value is not None:
+            value = copy.copy(value)
+            value.max_episode_steps = self.batch.horizon
             value.kwargs = {name: to_plain(item) for name, item in value.kwargs.items()}
             source = value.kwargs.get("scenario")
             if isinstance(source, (str, os.PathLike)) and not scenarios.is_shipped(source):

@@ -1,5 +1,7 @@
 """N spacecraft with their episodes, observations and rewards."""
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
@@ -7,6 +9,7 @@ from gymnasium import spaces
 from ftac_gym.dynamics import Simulator
 from ftac_gym.envs.observer import Observer
 from ftac_gym.envs.reward import Reward
+from ftac_gym.envs.true_faults import TrueFaults
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.reach import check_reach
 from ftac_gym.task.scenario import Scenario
@@ -41,6 +44,7 @@ class SpacecraftBatch:
         self.simulator = Simulator(scenario, num_spacecraft, threads)
         self.observer = Observer(self.simulator, observation)
         self.reward = Reward(self.simulator)
+        self.true_faults = TrueFaults(self.simulator)
         limits = scenario.spacecraft.wheels.torque_limits
         limited = bool(np.isfinite(limits).all())
         require(limited, "torque_limit", "must be finite for every wheel: it scales the action", limits)
@@ -72,6 +76,7 @@ class SpacecraftBatch:
             self.simulator.reset(episodes, mask)
         self.observer.observe(rows, observation)
         self.reward.update(rows)
+        self.true_faults.begin(rows)
 
     def step(self, action: npt.ArrayLike) -> tuple[npt.NDArray[np.float32], FloatArray, BoolArray, BoolArray]:
         """Advance all spacecraft by one control period.
@@ -111,12 +116,15 @@ class SpacecraftBatch:
             terms, terminated = self.reward.update(self.indices)
         return observation, terms, terminated, simulator.ticks >= self.horizon
 
-    def facts(self) -> dict[str, FloatArray | BoolArray]:
-        """Return the entries of ``info`` for all spacecraft now, one array (N,) each; angles in degrees."""
+    def facts(self) -> dict[str, npt.NDArray[Any]]:
+        """Return the entries of ``info`` for all spacecraft now, fresh arrays (N,) or (N, faults); angles [deg]."""
         return {
             "time": self.simulator.time,
             "attitude_error": np.degrees(self.reward.attitude_error),
             "rate_error": np.degrees(self.reward.rate_error),
             "is_success": self.reward.success,
+            "time_on_target": self.reward.periods_on_target / np.maximum(self.simulator.ticks, 1),
+            "cost": self.reward.outside * self.scenario.control_period,
             "feasible": self.simulator.feasible.copy(),
+            **self.true_faults.facts(),
         }

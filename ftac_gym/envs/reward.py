@@ -28,6 +28,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ftac_gym.attitude import mrp_from_quaternion, quaternion_error
 from ftac_gym.dynamics import Simulator, algebra
 from ftac_gym.dynamics.algebra import add3, norm3, relative_quaternion, rotation_change, row3
 from ftac_gym.task.objective import COSTS
@@ -36,6 +37,9 @@ from ftac_gym.utils.compiling import entry_point
 from ftac_gym.utils.parameters import FloatArray
 
 TERMS = ("pointing", *COSTS, "on_target", "progress")
+
+REWARD_KEYS = tuple(f"reward/{name}" for name in TERMS)
+"""Keys of the terms in ``info``."""
 
 _VIBRATION = TERMS.index("vibration")
 
@@ -46,7 +50,7 @@ def total(terms: Any) -> Any:
 
 
 class Reward:
-    """Rewards of N spacecraft; the state is the last error and command, and the time on target of each.
+    """Rewards of N spacecraft; the state is the last error and command, and the periods on target of each.
 
     Parameters
     ----------
@@ -59,7 +63,8 @@ class Reward:
         self._simulator = simulator
         self._vibration = scenario.reward.vibration
         self._vibration_scale = scenario.reward.vibration_scale
-        self._hold = success_steps(scenario)
+        self.hold = success_steps(scenario)
+        """Control periods without a break that success asks for."""
         torque_limits = scenario.spacecraft.wheels.torque_limits
         self._constants = (
             torque_limits,
@@ -70,12 +75,21 @@ class Reward:
             scenario.success.rate,
             math.inf if scenario.tumble_rate is None else scenario.tumble_rate,
         )
+        bounds = scenario.cost_bounds
+        self._bound = scenario.prescribed_bound if bounds.angle is None else None
+        cone = scenario.success.angle if bounds.angle is None else bounds.angle
+        self._bounds = math.inf if self._bound is not None else cone, bounds.torque
         self._last_command = np.zeros((count, len(torque_limits)))
-        self._on_target = np.zeros(count, dtype=np.int64)
+        self.periods_held = np.zeros(count, dtype=np.int64)
+        """(N,) control periods on target without a break, up to now."""
+        self.periods_on_target = np.zeros(count, dtype=np.int64)
+        """(N,) control periods on target so far."""
         self.attitude_error: FloatArray = np.zeros(count)
         """(N,) true pointing error [rad]."""
         self.rate_error: FloatArray = np.zeros(count)
         """(N,) magnitude of the true rate error [rad/s]."""
+        self.outside: npt.NDArray[np.bool_] = np.zeros(count, dtype=np.bool_)
+        """(N,) whether the period was outside the bounds on pointing error and wheel commands."""
 
     def update(self, rows: npt.NDArray[np.int64]) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
         """Evaluate the control period that has just ended, or the start of an episode, for the listed spacecraft.
@@ -89,9 +103,15 @@ class Reward:
         tumbling = np.zeros(simulator.num_spacecraft, dtype=np.bool_)
         _reward(
             rows, simulator.ticks, simulator.state.attitude, simulator.state.rate, simulator.last_command,
-            simulator.reference_attitude, simulator.reference_rate, *self._constants, self._last_command,
-            self._on_target, self.attitude_error, self.rate_error, terms, tumbling,
+            simulator.reference_attitude, simulator.reference_rate, *self._constants, *self._bounds,
+            self._last_command, self.periods_held, self.periods_on_target, self.outside, self.attitude_error,
+            self.rate_error, terms, tumbling,
         )  # fmt: skip
+        if self._bound is not None:
+            moving = rows[simulator.ticks[rows] > 0]
+            error = quaternion_error(simulator.state.attitude[moving], simulator.reference_attitude[moving])
+            margin = self._bound.margin(mrp_from_quaternion(error), simulator.time[moving])
+            self.outside[moving] |= (margin < 0.0).any(axis=1)
         if self._vibration > 0.0 and simulator.scenario.spacecraft.modes:
             moving = rows[simulator.ticks[rows] > 0]
             ratio = simulator.modal_energy[moving] / self._vibration_scale
@@ -101,7 +121,7 @@ class Reward:
     @property
     def success(self) -> npt.NDArray[np.bool_]:
         """(N,) mask of the spacecraft that have been on target for the time that success asks for."""
-        return self._on_target >= self._hold
+        return self.periods_held >= self.hold
 
 
 @entry_point(algebra, contract=False)
@@ -120,8 +140,12 @@ def _reward(
     cone: float,
     largest_rate: float,
     tumble_rate: float,
+    bound: float,
+    torque_bound: float,
     last_command: Any,
     on_target: Any,
+    periods_on_target: Any,
+    outside: Any,
     attitude_error: Any,
     rate_error: Any,
     terms: Any,
@@ -139,17 +163,20 @@ def _reward(
         slip = norm3(add3(add3(spin, -1.0, reference), -1.0, rotation_change(scalar, (x, y, z), reference)))
         good = theta < cone and slip < largest_rate
         tumbling[i] = ticks[i] > 0 and norm3(spin) > tumble_rate
-        effort, change = 0.0, 0.0
+        effort, change, highest = 0.0, 0.0, 0.0
         for j in range(wheels):
             level = command[i, j] / torque_limits[j]
             step = (command[i, j] - last_command[i, j]) / torque_limits[j]
+            highest = max(highest, abs(level))
             effort += level * level / wheels
             change += step * step / wheels
             last_command[i, j] = command[i, j]
         if ticks[i] == 0:
-            on_target[i] = 0
+            on_target[i], periods_on_target[i], outside[i] = 0, 0, False
         else:
             on_target[i] = on_target[i] + 1 if good else 0
+            periods_on_target[i] += good
+            outside[i] = theta >= bound or highest >= torque_bound
             pointing = weights[0] * max(0.0, 1.0 - math.log(1.0 + theta / scale) / decades)
             ratio = (slip / rate_scale) ** 2
             # Both potentials leave out the part that cancels for a discount of one.

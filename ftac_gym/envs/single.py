@@ -10,7 +10,7 @@ import numpy.typing as npt
 from ftac_gym.envs.base import BatchEnvironment, requested_episodes, resolve_scenario
 from ftac_gym.envs.batch import SpacecraftBatch
 from ftac_gym.envs.rendering.display import RENDER_MODES
-from ftac_gym.envs.reward import TERMS, total
+from ftac_gym.envs.reward import REWARD_KEYS, total
 from ftac_gym.scenarios import ScenarioLike
 from ftac_gym.utils.parameters import require
 
@@ -40,8 +40,8 @@ class SpacecraftFTCEnv(BatchEnvironment, gym.Env[Observation, npt.NDArray[Any]])
 
     ## Rewards
 
-    The sum of the named terms in ``info["reward_terms"]``; :mod:`ftac_gym.envs.reward` lists them. Their weights are
-    the scenario's ``reward``.
+    The sum of the named terms ``info["reward/NAME"]``; :mod:`ftac_gym.envs.reward` lists them. Their weights are the
+    scenario's ``reward``. By default no step is negative, so that ending an episode never pays.
 
     ## Starting state
 
@@ -54,9 +54,19 @@ class SpacecraftFTCEnv(BatchEnvironment, gym.Env[Observation, npt.NDArray[Any]])
 
     ## Info
 
-    ``time`` [s], ``attitude_error`` [deg], ``rate_error`` [deg/s], ``is_success`` (on target for as long as the
-    scenario's ``success.hold``), ``feasible`` (the remaining wheels can do the task), and after a step
-    ``reward_terms``.
+    - ``time`` [s], ``attitude_error`` [deg], ``rate_error`` [deg/s].
+    - ``is_success``: on target in each of the last control periods, for as long as the scenario's ``success.hold``.
+      Exploration noise breaks such a hold: evaluate without noise.
+    - ``time_on_target``: share of the control periods so far on target, which noise does not hide.
+    - ``cost`` [s]: time of this period outside the scenario's ``cost_bounds``, for safe reinforcement learning.
+    - ``reward/NAME``, after a step: the terms of the reward.
+    - ``feasible``: the remaining wheels can do the task.
+    - ``fault/kind``, ``fault/wheel``, ``fault/onset`` [s], ``fault/active``: the true faults, an entry for each that an
+      episode of the scenario can have, in the order of their onsets. A kind is a number of
+      :class:`~ftac_gym.faults.table.FaultKind`. Where there is no fault, kind is 0, wheel -1 and onset infinite; wheel
+      is -1 for sensors too. Active is whether the fault acts now.
+
+    The errors are true, and so are labels and faults: no policy is given any of them.
 
     ## Rendering
 
@@ -173,7 +183,7 @@ class SpacecraftFTCEnv(BatchEnvironment, gym.Env[Observation, npt.NDArray[Any]])
         observation, terms, terminated, truncated = self.batch.step(action[None])
         info = self._info()
         values = terms[:, 0].tolist()
-        info["reward_terms"] = dict(zip(TERMS, values, strict=True))
+        info.update(zip(REWARD_KEYS, values, strict=True))
         self._show()
         return observation[0], total(values), bool(terminated[0]), bool(truncated[0]), info
 
@@ -189,10 +199,18 @@ class SpacecraftFTCEnv(BatchEnvironment, gym.Env[Observation, npt.NDArray[Any]])
     def _info(self) -> dict[str, Any]:
         # The same keys and values as SpacecraftBatch.facts, without the cost of arrays.
         simulator, reward = self.batch.simulator, self.batch.reward
+        faults = self.batch.true_faults.facts()
+        ticks, period = int(simulator.ticks[0]), self.batch.scenario.control_period
         return {
-            "time": int(simulator.ticks[0]) * self.batch.scenario.control_period,
+            "time": ticks * period,
             "attitude_error": math.degrees(reward.attitude_error[0]),
             "rate_error": math.degrees(reward.rate_error[0]),
-            "is_success": bool(reward.success[0]),
+            "is_success": int(reward.periods_held[0]) >= reward.hold,
+            "time_on_target": int(reward.periods_on_target[0]) / max(ticks, 1),
+            "cost": period if reward.outside[0] else 0.0,
             "feasible": bool(simulator.feasible[0]),
+            "fault/kind": faults["fault/kind"][0],
+            "fault/wheel": faults["fault/wheel"][0],
+            "fault/onset": faults["fault/onset"][0],
+            "fault/active": faults["fault/active"][0],
         }

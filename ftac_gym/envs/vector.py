@@ -12,7 +12,7 @@ from gymnasium.vector.utils import batch_space
 from ftac_gym.envs.base import BatchEnvironment, requested_episodes, resolve_scenario
 from ftac_gym.envs.batch import BoolArray, SpacecraftBatch
 from ftac_gym.envs.rendering.display import RENDER_MODES
-from ftac_gym.envs.reward import TERMS, total
+from ftac_gym.envs.reward import REWARD_KEYS, total
 from ftac_gym.scenarios import ScenarioLike
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, is_whole, require, whole
@@ -163,7 +163,7 @@ class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArra
                 array[restarted] = False
             terms[:, restarted] = 0.0
         self._ended = terminated | truncated
-        reward_terms = dict(zip(TERMS, terms, strict=True))
+        reward_terms = dict(zip(REWARD_KEYS, terms, strict=True))
         infos: dict[str, Any] = {}
         if self.autoreset_mode is AutoresetMode.SAME_STEP and self._ended.any():
             infos.update(self._final_infos(observation, reward_terms))
@@ -171,7 +171,7 @@ class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArra
             stepped = ~self._ended
         infos.update(_masked(self.batch.facts(), np.ones(self.num_envs, dtype=np.bool_)))
         if stepped.any():
-            infos.update({"reward_terms": _masked(reward_terms, stepped), "_reward_terms": stepped})
+            infos.update(_masked(reward_terms, stepped))
         self._observation = observation
         self._show()
         return observation.copy(), total(terms), terminated, truncated, infos
@@ -191,8 +191,7 @@ class SpacecraftFTCVectorEnv(BatchEnvironment, VectorEnv[Observation, npt.NDArra
         final_observation = np.full(self.num_envs, None, dtype=object)
         for index in np.flatnonzero(mask):
             final_observation[index] = observation[index].copy()
-        final_info = _masked(self.batch.facts(), mask)
-        final_info.update({"reward_terms": _masked(reward_terms, mask), "_reward_terms": mask.copy()})
+        final_info = _masked({**self.batch.facts(), **reward_terms}, mask)
         finals = {"final_obs": final_observation, "final_info": final_info}
         return {**finals, **{f"_{name}": mask.copy() for name in finals}}
 
@@ -234,6 +233,7 @@ def _masked(values: Mapping[str, Any], mask: BoolArray) -> dict[str, Any]:
     infos: dict[str, Any] = {}
     whole = bool(mask.all())
     for name, array in values.items():
-        infos[name] = array if whole else np.where(mask, array, np.zeros((), array.dtype))
+        rows = mask if array.ndim == 1 else mask[:, None]
+        infos[name] = array if whole else np.where(rows, array, np.zeros((), array.dtype))
         infos[f"_{name}"] = mask.copy()
     return infos

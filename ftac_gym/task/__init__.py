@@ -6,7 +6,7 @@ from ftac_gym.task.inertia import InertiaUncertainty
 from ftac_gym.task.initial_state import InitialState
 from ftac_gym.task.low_orbit import LowOrbitTorque
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.task.objective import RewardWeights, SuccessCriterion
+from ftac_gym.task.objective import CostBounds, RewardWeights, SuccessCriterion
 from ftac_gym.task.prescribed_bound import PrescribedBound
 from ftac_gym.task.references import MRPSinusoid, RateProfile, SetPoints, fixed_attitude
 from ftac_gym.task.sampled_reference import SampledReference
@@ -16,6 +16,7 @@ from ftac_gym.task.vibration import AppendageUncertainty
 
 __all__ = [
     "AppendageUncertainty",
+    "CostBounds",
     "Disturbance",
     "Episodes",
     "Harmonic",

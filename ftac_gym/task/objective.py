@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ftac_gym.utils.parameters import non_negative, normalise, positive, require
+from ftac_gym.utils.parameters import non_negative, normalise, optional, positive, require
 from ftac_gym.utils.serialization import LATER_PART, serializable
 
 COSTS = ("effort", "smoothness", "rate", "vibration")
@@ -66,6 +66,29 @@ class RewardWeights:
         costs = {name: getattr(self, name) for name in COSTS}
         rule = "must add up to at most 1, so that no step is negative"
         require(math.fsum(costs.values()) <= 1.0, " + ".join(COSTS), rule, costs)
+
+
+@serializable
+@dataclass(frozen=True)
+class CostBounds:
+    """Bounds of ``info["cost"]``, the time that a spacecraft spends outside of them, for safe reinforcement learning.
+
+    Parameters
+    ----------
+    angle
+        Pointing error from which time counts [rad]; None for the scenario's prescribed bound, or without one the
+        success cone.
+    torque
+        Wheel command from which time counts, as a share of the torque limit; by default a saturated command counts.
+    """
+
+    angle: float | None = None
+    torque: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Check the bounds."""
+        normalise(self, optional(positive), "angle")
+        normalise(self, positive, "torque")
 
 
 @serializable

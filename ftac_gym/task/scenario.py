@@ -24,7 +24,7 @@ from ftac_gym.task.inertia import InertiaUncertainty
 from ftac_gym.task.initial_state import InitialState
 from ftac_gym.task.integrability import check_motion, check_numbers
 from ftac_gym.task.low_orbit import LowOrbitTorque
-from ftac_gym.task.objective import RewardWeights, SuccessCriterion
+from ftac_gym.task.objective import CostBounds, RewardWeights, SuccessCriterion
 from ftac_gym.task.prescribed_bound import PrescribedBound
 from ftac_gym.task.references import MRPSinusoid, RateProfile, SetPoints
 from ftac_gym.task.sampled_reference import SampledReference
@@ -91,6 +91,8 @@ class Scenario:
     misalignment
         3 x m, in body axes: difference of the true wheel axes from the nominal ones, columns of length 2 at most;
         None for none. The feasibility label leaves it out.
+    cost_bounds
+        Bounds on pointing error and wheel commands, outside of which time counts as ``info["cost"]``.
 
     Raises
     ------
@@ -115,6 +117,7 @@ class Scenario:
     prescribed_bound: PrescribedBound | None = field(default=None, metadata=LATER_PART)
     appendage_uncertainty: AppendageUncertainty | None = field(default=None, metadata=LATER_PART)
     misalignment: Matrix | None = field(default=None, metadata=LATER_PART)
+    cost_bounds: CostBounds = field(default=CostBounds(), metadata=LATER_PART)
 
     def __post_init__(self) -> None:
         """Check the fields, each alone and together."""

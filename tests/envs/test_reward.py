@@ -83,12 +83,12 @@ def test_terms(name, weights):
             ended = terminated or truncated
             now = state_of(env)
             wanted = expected_terms(env.scenario.reward, env.scenario, before, now)
-            assert list(info["reward_terms"]) == list(TERMS)
+            assert [name for name in info if name.startswith("reward/")] == [f"reward/{term}" for term in TERMS]
             for term, value in wanted.items():
-                assert info["reward_terms"][term] == pytest.approx(value, rel=1e-9, abs=1e-12), term
+                assert info[f"reward/{term}"] == pytest.approx(value, rel=1e-9, abs=1e-12), term
                 seen[term] += value != 0.0
             assert reward == pytest.approx(sum(wanted.values()), rel=1e-9, abs=1e-12)
-            assert reward == pytest.approx(sum(info["reward_terms"].values()), rel=1e-12)
+            assert reward == pytest.approx(sum(info[f"reward/{term}"] for term in TERMS), rel=1e-12)
             assert terminated == (now[2] > 0.06)
             before = now
     used = {term for term in TERMS if getattr(env.scenario.reward, term) > 0.0}
@@ -103,7 +103,7 @@ def test_progress_only_counts_where_the_craft_ends():
     env = SpacecraftFTCEnv(duration=5.0, tumble_rate=None, reward=RewardWeights(progress=2.0))
     env.reset(seed=4)
     start = state_of(env)[0]
-    total = sum(env.step(np.full(4, 0.5))[4]["reward_terms"]["progress"] for _ in range(50))
+    total = sum(env.step(np.full(4, 0.5))[4]["reward/progress"] for _ in range(50))
     assert total == pytest.approx(2.0 * (start - state_of(env)[0]), rel=1e-9)
 
 
@@ -112,7 +112,7 @@ def test_discounted_progress_adds_up_to_the_potential_of_start_and_end():
     env = SpacecraftFTCEnv(duration=5.0, tumble_rate=None, reward=RewardWeights(progress=2.0, discount=0.9))
     env.reset(seed=4)
     start = state_of(env)[0]
-    total = sum(0.9**k * env.step(np.full(4, 0.5))[4]["reward_terms"]["progress"] for k in range(50))
+    total = sum(0.9**k * env.step(np.full(4, 0.5))[4]["reward/progress"] for k in range(50))
     assert total == pytest.approx(2.0 * (0.9**50 * (np.pi - state_of(env)[0]) - (np.pi - start)), rel=1e-9)
 
 
@@ -123,7 +123,7 @@ def test_every_decade_of_the_error_counts_nearly_the_same():
         quaternion = (np.cos(angle / 2.0), np.sin(angle / 2.0), 0.0, 0.0)
         env = SpacecraftFTCEnv(**QUIET, initial_state=InitialState.fixed(quaternion), control_period=0.02)
         env.reset(seed=0)
-        rewards.append(env.step(np.zeros(4))[4]["reward_terms"]["pointing"])
+        rewards.append(env.step(np.zeros(4))[4]["reward/pointing"])
     np.testing.assert_allclose(np.diff(rewards), -1.0 / np.log10(1.0 + 5.0 * np.pi / cone), rtol=0.05)
 
 
@@ -132,7 +132,7 @@ def test_the_pointing_term_goes_from_one_to_zero(angle, value):
     start = InitialState.fixed((np.cos(angle / 2.0), np.sin(angle / 2.0), 0.0, 0.0))
     env = SpacecraftFTCEnv(**QUIET, initial_state=start)
     env.reset(seed=0)
-    assert env.step(np.zeros(4))[4]["reward_terms"]["pointing"] == pytest.approx(value, abs=1e-9)
+    assert env.step(np.zeros(4))[4]["reward/pointing"] == pytest.approx(value, abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -173,11 +173,11 @@ def test_a_tumble_ends_the_episode_and_its_potential_is_zero():
         tumble_rate=0.02, initial_state=InitialState.fixed(rate=(0.0, 0.03, 0.0)), reward=WEIGHTS, **QUIET
     )
     _, info = env.reset(seed=0)
-    assert "reward_terms" not in info
+    assert "reward/pointing" not in info
     angle = state_of(env)[0]
     _, _, terminated, truncated, info = env.step(np.zeros(4))
     assert terminated and not truncated
-    assert info["reward_terms"]["progress"] == pytest.approx(-WEIGHTS.progress * (np.pi - angle))
+    assert info["reward/progress"] == pytest.approx(-WEIGHTS.progress * (np.pi - angle))
 
 
 def test_without_a_tumble_rate_nothing_terminates():

@@ -8,6 +8,7 @@ import ftac_gym  # noqa: F401  registers the environments
 from ftac_gym import scenarios
 from ftac_gym.attitude import angle_between
 from ftac_gym.envs import SpacecraftFTCEnv
+from ftac_gym.envs.reward import TERMS
 from ftac_gym.task.initial_state import InitialState
 
 SHORT = {"duration": 1.0}
@@ -156,12 +157,13 @@ def test_terminated_when_it_tumbles_and_only_then():
 def test_info(name):
     env = SpacecraftFTCEnv(scenario=name, duration=2.0)
     observation, info = env.reset(seed=6)
-    names = {"time", "attitude_error", "rate_error", "is_success", "feasible"}
+    names = {"time", "attitude_error", "rate_error", "is_success", "time_on_target", "cost", "feasible"}
+    names |= {f"fault/{part}" for part in ("kind", "wheel", "onset", "active")}
     assert set(info) == names and info["time"] == 0.0
     assert info["feasible"] == bool(env.scenario.draw(6, 1).feasible[0])
     for step in range(1, 6):
         _, reward, *_, info = env.step(np.full(env.action_space.shape, 0.3))
-        assert set(info) == names | {"reward_terms"}
+        assert set(info) == names | {f"reward/{term}" for term in TERMS}
         assert info["time"] == pytest.approx(step * env.scenario.control_period)
         simulator = env.batch.simulator
         angle = angle_between(simulator.state.attitude, simulator.reference_attitude)[0]

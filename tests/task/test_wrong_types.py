@@ -12,6 +12,7 @@ from ftac_gym import Simulator, faults, scenarios
 from ftac_gym.spacecraft import FlexibleAppendages, Friction, Spacecraft, WheelArray, catalogue, layouts
 from ftac_gym.task import (
     AppendageUncertainty,
+    CostBounds,
     Disturbance,
     Harmonic,
     InertiaUncertainty,
@@ -51,6 +52,7 @@ def placed(kind, **changes):
 
 
 PARTS = [
+    {"cost_bounds": CostBounds(angle=0.1)},
     {"reward": RewardWeights(vibration=0.1, vibration_scale=0.1)},
     {"spacecraft": Spacecraft(np.diag([9.0, 9.0, 9.0]), WHEELS, False, PANELS)},
     {"initial_state": InitialState((1.0, 0.0, 0.0, 0.0), 1.0, (0.1, 0.2, 0.3), 0.4, 0.0, (0.1, 0.2, 0.3, 0.4))},

@@ -1,0 +1,91 @@
+"""True faults of the present episodes, for ``info``: what no policy is given."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ftac_gym.dynamics import Simulator, fault_signals
+from ftac_gym.dynamics.fault_signals import acts
+from ftac_gym.faults import FaultDistribution
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.compiling import entry_point
+
+NO_WHEEL = -1
+"""Wheel of a fault of the sensors, and of an entry without a fault."""
+
+_TIMES = ("onset", "recovery", "period", "on_time")
+_ENTRY = np.dtype([("kind", "i8"), ("wheel", "i8"), ("chain", "i8"), *((name, "f8") for name in _TIMES)])
+
+
+def most_faults(scenario: Scenario) -> int:
+    """Return the number of entries for the faults of an episode: as many as it can have, and at least one."""
+    source = scenario.faults
+    if source is None:
+        return 1
+    return max(1, source.slots if isinstance(source, FaultDistribution) else len(source.faults))
+
+
+class TrueFaults:
+    """The faults of N episodes, each in the order of their onsets.
+
+    Parameters
+    ----------
+    simulator
+        Source of the faults.
+    """
+
+    def __init__(self, simulator: Simulator) -> None:
+        self._simulator = simulator
+        shape = simulator.num_spacecraft, most_faults(simulator.scenario)
+        self._entries = np.zeros(shape, dtype=_ENTRY)
+        # Contiguous: a single environment copies them in every step.
+        self._known = [np.zeros(shape, dtype=_ENTRY[name]) for name in ("kind", "wheel", "onset")]
+        self._tables: Any = None
+
+    def begin(self, rows: npt.NDArray[np.int64]) -> None:
+        """Read the faults of the episodes that the listed spacecraft are in."""
+        drawn = self._simulator.faults
+        self._tables = drawn.wheels
+        parts = []
+        for table in (drawn.wheels[rows], drawn.sensors[rows]):
+            part = np.zeros(table.shape, dtype=_ENTRY)
+            for name in ("kind", "chain", *_TIMES):
+                part[name] = table[name]
+            part["wheel"] = np.arange(table.shape[1])[:, None] if table.ndim == 3 else NO_WHEEL
+            parts.append(part.reshape(len(rows), -1))
+        found = np.concatenate(parts, axis=1)
+        empty = found["kind"] == 0
+        found["onset"][empty], found["recovery"][empty], found["wheel"][empty] = np.inf, 0.0, NO_WHEEL
+        order = np.argsort(found["onset"], axis=1, kind="stable")
+        width = min(found.shape[1], self._entries.shape[1])
+        self._entries[rows] = np.zeros((), dtype=_ENTRY)
+        self._entries["onset"][rows], self._entries["wheel"][rows] = np.inf, NO_WHEEL
+        chosen = np.take_along_axis(found, order[:, :width], axis=1)
+        self._entries[rows, :width] = chosen
+        for array, name in zip(self._known, ("kind", "wheel", "onset"), strict=True):
+            array[rows] = self._entries[name][rows]
+
+    def facts(self) -> dict[str, npt.NDArray[Any]]:
+        """Return the entries of ``info``, fresh arrays (N, entries): kind, wheel, onset [s], and whether it acts."""
+        simulator = self._simulator
+        drawn = simulator.faults
+        if drawn.wheels is not self._tables:  # Faults were changed while the episodes run.
+            self.begin(np.arange(len(self._entries)))
+        active = np.empty(self._entries.shape, dtype=np.bool_)
+        _acting(self._entries, drawn.switches, simulator.ticks, simulator.scenario.control_period, active)
+        kind, wheel, onset = self._known
+        return {
+            "fault/kind": kind.copy(),
+            "fault/wheel": wheel.copy(),
+            "fault/onset": onset.copy(),
+            "fault/active": active,
+        }
+
+
+@entry_point(fault_signals)
+def _acting(entries: Any, switches: Any, ticks: Any, control_period: float, active: Any) -> None:
+    """Write whether each fault acts now."""
+    for i in range(entries.shape[0]):
+        for k in range(entries.shape[1]):
+            active[i, k] = entries[i, k].kind > 0 and acts(entries[i, k], switches, i, ticks[i] * control_period)
