@@ -14,6 +14,7 @@ import gymnasium as gym
 if TYPE_CHECKING:
     from ftac_gym import baselines, evaluation, faults, scenarios, spacecraft, wrappers
     from ftac_gym.dynamics import DivergenceError, Simulator
+    from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv, make, make_vec
     from ftac_gym.faults import (
         AttitudeSpike,
         Bias,
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from ftac_gym.spacecraft import FlexibleAppendages, Friction, Spacecraft, WheelArray
     from ftac_gym.task import (
         AppendageUncertainty,
+        CostBounds,
         Disturbance,
         Episodes,
         Harmonic,
@@ -60,6 +62,7 @@ __all__ = [
     "AttitudeSpike",
     "Bias",
     "CommandDelay",
+    "CostBounds",
     "Disturbance",
     "DivergenceError",
     "DriftingEffectiveness",
@@ -91,6 +94,8 @@ __all__ = [
     "SetPoints",
     "Simulator",
     "Spacecraft",
+    "SpacecraftFTCEnv",
+    "SpacecraftFTCVectorEnv",
     "StarTrackerOutage",
     "SuccessCriterion",
     "WheelArray",
@@ -98,6 +103,8 @@ __all__ = [
     "evaluation",
     "faults",
     "fixed_attitude",
+    "make",
+    "make_vec",
     "scenarios",
     "spacecraft",
     "wrappers",
@@ -106,8 +113,8 @@ __all__ = [
 _MODULES = ("baselines", "evaluation", "faults", "scenarios", "spacecraft", "wrappers")
 """Public names that are modules."""
 
-_PACKAGES = ("task", "spacecraft", "faults", "dynamics")
-"""Packages that the other public names are imported from, the compiled one last."""
+_PACKAGES = ("task", "spacecraft", "faults", "dynamics", "envs")
+"""Packages that the other public names are imported from, the compiled ones last."""
 
 _IDS = {
     "SpacecraftFTCEasy-v0": "easy",
