@@ -1,11 +1,14 @@
-# Every target sets up .venv by itself. It needs Python 3.11 or newer, pip, make and git.
+# Every target sets up .venv by itself, or .venv-libraries. It needs Python 3.11 or newer, pip, make and git.
 PYTHON ?= python3
 VENV := .venv
 RUN := $(VENV)/bin/python
 STAMP := $(VENV)/.ready
 DOCS_STAMP := $(VENV)/.docs-ready
+LIBRARIES_VENV := .venv-libraries
+LIBRARIES_RUN := $(LIBRARIES_VENV)/bin/python
+LIBRARIES_STAMP := $(LIBRARIES_VENV)/.ready
 
-.PHONY: help setup evaluate test train bench docs links lint format clean
+.PHONY: help setup evaluate test libraries train bench docs links lint format clean
 
 help:  ## list the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /	/'
@@ -23,6 +26,15 @@ evaluate: $(STAMP)  ## compare the shipped agent with the baselines on identical
 
 test: $(STAMP)  ## run the tests
 	$(RUN) -m pytest -n 2 --dist loadfile
+
+$(LIBRARIES_STAMP): pyproject.toml constraints-libraries.txt
+	test -x $(LIBRARIES_RUN) || $(PYTHON) -m venv $(LIBRARIES_VENV)
+	$(LIBRARIES_RUN) -m pip install --quiet --disable-pip-version-check torch==2.13.0 -c constraints-libraries.txt
+	$(LIBRARIES_RUN) -m pip install --quiet --disable-pip-version-check --editable '.[libraries]' -c constraints-libraries.txt
+	touch $(LIBRARIES_STAMP)
+
+libraries: $(LIBRARIES_STAMP)  ## run the environments with libraries of reinforcement learning, in .venv-libraries
+	OMP_NUM_THREADS=1 $(LIBRARIES_RUN) -m pytest -n 2 --dist load -o filterwarnings=default --disable-warnings tests/libraries
 
 train: $(STAMP)  ## train the shipped agent again
 	$(RUN) train/train.py
@@ -51,5 +63,5 @@ format: $(STAMP)  ## format the code
 	$(VENV)/bin/ruff check --fix .
 
 clean:  ## remove what the targets made
-	rm -rf $(VENV) results runs docs/_build docs/api/generated docs/baselines/generated docs/environments/generated
+	rm -rf $(VENV) $(LIBRARIES_VENV) results runs docs/_build docs/api/generated docs/baselines/generated docs/environments/generated
 	rm -rf .mypy_cache .ruff_cache .pytest_cache
