@@ -1,30 +1,22 @@
-"""Conversion of agents that are stored as pickles. It alone reads pickles, which run code of their author."""
+"""Conversion of agents that are stored as pickles, which run code of their author when read."""
 
 from __future__ import annotations
 
-import pickle
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ftac_gym.agents.agent import Agent
-from ftac_gym.agents.export import MODEL_FILE, NORMALIZER_FILE
+from ftac_gym.agents.export import MODEL_FILE
 from ftac_gym.agents.interface import Interface
-from ftac_gym.agents.normalizer import Normalizer
+from ftac_gym.agents.pickles import NORMALIZER_FILES, find_normalizer, load_model, load_normalizer
 from ftac_gym.agents.shipped import EVALUATIONS_FILE, agent_folders
 from ftac_gym.agents.storage import CARD_FILE
-from ftac_gym.utils.extras import require_extra
 from ftac_gym.utils.files import reading
 from ftac_gym.utils.parameters import require
 from ftac_gym.utils.serialization import parse_json
-
-if TYPE_CHECKING:
-    from stable_baselines3.common.base_class import BaseAlgorithm
-
-NORMALIZER_FILES = ("normalizer.pkl", NORMALIZER_FILE)
-"""Files of a ``VecNormalize``: of old agents, and of RL Baselines3 Zoo."""
 
 _TRIALS = 1000
 """Random observations to which old and new agent must give the same actions."""
@@ -74,44 +66,14 @@ def _convert(path: Path, target: Path) -> bool:
             card = parse_json(written.read_bytes())
         interface = Interface(**card.pop("interface"))
         normalized = card.pop("normalized", False)
-    places = [folder / name for folder in (path.parent, path.with_suffix("")) for name in NORMALIZER_FILES]
-    statistics = next((place for place in places if place.is_file()), None)
+    statistics = find_normalizer(path)
     rule = f"must have {NORMALIZER_FILES[0]} beside it, as its card says: copy it from the folder of its training"
     require(statistics is not None or not normalized, "old", rule, str(path))
-    with reading(path, "convert it with the versions of Python and Stable-Baselines3 that wrote it", Exception):
-        model = load_model(path)
-    normalizer = None
-    if statistics is not None:
-        with reading(statistics, "convert it with the version of Stable-Baselines3 that wrote it", Exception):
-            normalizer = Normalizer.of(pickle.loads(statistics.read_bytes()))
+    model = load_model(path)
+    normalizer = None if statistics is None else load_normalizer(statistics)
     agent = Agent(model.policy, normalizer, interface)
     agent.save(target, **card)
     observations = np.random.default_rng(0).normal(0.0, 2.0, (_TRIALS, agent.observation_size)).astype(np.float32)
     (actions, _), (again, _) = (item.predict(observations) for item in (agent, Agent.load(target)))
     require(np.array_equal(actions, again), "new", "must act as the old agent does", str(target))
     return normalizer is not None
-
-
-def load_model(path: Path) -> BaseAlgorithm:
-    """Load a model of any algorithm of Stable-Baselines3; the file names it. This runs code of the file.
-
-    Raises
-    ------
-    MissingExtra
-        If the model is of sb3-contrib, which is not installed.
-    """
-    require_extra("stable_baselines3")
-    import stable_baselines3 as sb3
-    from stable_baselines3.common.save_util import load_from_zip_file
-
-    data, _, _ = load_from_zip_file(path, device="cpu")
-    module = data["policy_class"].__module__ if data is not None else ""
-    kinds: dict[str, type[BaseAlgorithm]] = {"sac": sb3.SAC, "td3": sb3.TD3, "dqn": sb3.DQN}
-    if module.startswith("sb3_contrib"):
-        require_extra("sb3_contrib")
-        import sb3_contrib
-
-        kinds |= {"tqc": sb3_contrib.TQC, "recurrent": sb3_contrib.RecurrentPPO}
-    # PPO and A2C share their policies; for prediction it does not matter which of them trained.
-    algorithm = next((found for name, found in kinds.items() if f".{name}." in module), sb3.PPO)
-    return algorithm.load(path, device="cpu")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +17,12 @@ WRAPPERS = ("FaultEstimateObservation", "GainScheduling", "ObservationHistory", 
 
 ON_BASE = ("GainScheduling", "ResidualPolicy")
 """Wrappers through which an agent acts on a base, whose own action is an action of zero."""
+
+
+Wrappers = tuple[tuple[str, dict[str, Any]], ...]
+"""Name and arguments of each wrapper, the innermost first."""
+
+_PREFIX = "ftac_gym.wrappers."
 
 
 @dataclass(frozen=True)
@@ -43,7 +49,7 @@ class Interface:
     """
 
     observation: str = "attitude"
-    wrappers: tuple[tuple[str, dict[str, Any]], ...] = ()
+    wrappers: Wrappers = ()
     hold: int = 1
     critic_sees_faults: bool = False
 
@@ -108,3 +114,25 @@ class Interface:
 def base_of(wrapper: str, arguments: Mapping[str, Any]) -> str | None:
     """Return the base on which an agent acts through a wrapper with these arguments; None if it has none."""
     return arguments.get("base", "pd_dob") if wrapper in ON_BASE else None
+
+
+def wrappers_from_yaml(items: Sequence[Any] | Mapping[str, Any] | str) -> tuple[Wrappers, int]:
+    """Return the wrappers and the hold of an ``env_wrapper`` entry, as RL Baselines3 Zoo has it.
+
+    Raises
+    ------
+    ValueError
+        If a wrapper cannot be part of an agent's interface, or is outside of an action hold.
+    """
+    wrappers, hold = [], 1
+    for item in [items] if isinstance(items, str | Mapping) else items:
+        name, arguments = next(iter(item.items())) if isinstance(item, Mapping) else (item, {})
+        name = str(name).removeprefix(_PREFIX)
+        if name == "ActionHold":
+            hold *= arguments["steps"]
+            continue
+        rule = f"must be among {[*WRAPPERS, 'ActionHold']} of ftac_gym.wrappers"
+        require(name in WRAPPERS, "env_wrapper", rule, name)
+        require(hold == 1, "env_wrapper", "must have ActionHold last: it is outside of all other wrappers", name)
+        wrappers.append((name, dict(arguments)))
+    return tuple(wrappers), hold

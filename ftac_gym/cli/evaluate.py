@@ -15,6 +15,7 @@ For example:
     python train/evaluate.py --benchmark
     python train/evaluate.py --benchmark --policies agent pd_dob runs/five --episodes 100 --backend ray
     python train/evaluate.py --policies runs/my_run/agent agent pd_dob --reference agent
+    python train/evaluate.py --policies my_module:my_policy "sb3:model.zip hold=5" pd_dob
     python train/evaluate.py --seed 3 --episodes 100
 """
 
@@ -61,9 +62,11 @@ class Config:
     """A comparison."""
 
     policies: tuple[str, ...] = ()
-    """Policies to compare: a shipped agent or a baseline by name, "NAME tuned" for its tuned gains, "module:Class" for
-    a custom baseline, the path of an agent. "agent" is the shipped residual of the scenario
-    or of the flagship. By default the shipped agents and the baselines that come closest."""
+    """Policies to compare. Shipped agents and baselines have names, tuned gains are "NAME tuned", an agent has a path.
+    "agent" is the shipped residual of the scenario or of the flagship. A custom baseline or any other policy is
+    "module:name", or "module:name()" for what it returns. Models of other libraries are "sb3:PATH", "zoo:FOLDER" and
+    "onnx:PATH"; the first two run code of the file. Arguments may follow: "sb3:PATH hold=5 observation=telemetry". By
+    default the shipped agents and the baselines that come closest."""
     benchmark: bool = False
     """Fly all baselines and agents through the flagship and its splits, and write an HTML report."""
     backend: Literal["local", "ray"] = "local"

@@ -19,7 +19,7 @@ from ftac_gym.evaluation.identity import identity
 from ftac_gym.evaluation.metrics import UNITS, Metrics
 from ftac_gym.evaluation.rollout import rollout
 from ftac_gym.evaluation.threads import one_torch_thread
-from ftac_gym.policies import DeferredBaseline, Policy, PolicyRunner, policy_label, resolve
+from ftac_gym.policies import DeferredBaseline, Policy, PolicyRunner, check_task, policy_label, resolve
 from ftac_gym.scenarios import ScenarioLike
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.scenario import Scenario
@@ -235,6 +235,7 @@ def evaluate(
     """
     task, shown, results = scenarios.resolve(scenario), name if name is not None else policy_label(policy), []
     resolved = resolve(policy, task.name)
+    check_task(resolved, task)
     if isinstance(resolved, DeferredBaseline):
         resolved.check_period(task)
     for batch in batches(task, resolved, judging_episodes(task, episodes), folder):

@@ -1,7 +1,7 @@
-"""Entries of a benchmark: baselines with default and tuned gains, and agents over their training seeds."""
+"""Entries of a benchmark: baselines with default and tuned gains, agents over their seeds, and any other policies."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +10,9 @@ from ftac_gym.agents.agent import Agent
 from ftac_gym.agents.shipped import agent_folders, training_curve
 from ftac_gym.agents.storage import read_card
 from ftac_gym.baselines import tuned
-from ftac_gym.baselines.custom import label
-from ftac_gym.policies import TUNED, DeferredBaseline, Policy, PolicyRunner, resolve
+from ftac_gym.policies import TUNED, DeferredBaseline, Policy, PolicyRunner, check_task, policy_label, resolve
 from ftac_gym.policies.resolve import agent_path
+from ftac_gym.policies.text import is_external
 from ftac_gym.scenarios import SPLITS
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import fields_named, require
@@ -31,15 +31,16 @@ class Entry:
         Name in tables; no two entries share one.
     policies
         Policies as :func:`~ftac_gym.policies.resolve` takes them, one per training seed; a single one for a baseline.
-        They can be pickled; agents are paths.
+        They can be pickled. What was named by text remains text, so that every process loads it itself.
     tier
         Information tier: ``"attitude"``, ``"telemetry"`` or ``"oracle"``.
     kind
-        ``"agent"`` or ``"baseline"``.
+        ``"baseline"``, or ``"agent"`` for agents and all policies from outside of the package.
     gains
         ``"tuned"`` or ``"default"``, empty for agents.
     provenance
-        Origin: of tuned gains what is stored with them, of agents their cards, as ``"cards"``.
+        Origin: of tuned gains what is stored with them, of agents their cards, as ``"cards"``, and of other policies
+        their name, as ``"source"``.
     curves
         Of agents: rows of the evaluations while training, for each seed for which they are stored.
     """
@@ -58,16 +59,16 @@ class Entry:
         return "bound" if self.tier == "oracle" else "policy"
 
 
-def entries_of(names: Sequence[baselines.BaselineLike | Path], scenario: Scenario) -> tuple[Entry, ...]:
+def entries_of(names: Sequence[Any] | Mapping[str, Any], scenario: Scenario) -> tuple[Entry, ...]:
     """Return the entries of some names.
 
     Parameters
     ----------
     names
-        Names as :func:`~ftac_gym.policies.resolve` takes them: of a baseline, ``"NAME tuned"``, a custom class or
-        ``"module:Class"``, and the name or the path of an agent. An agent with a folder for each training seed
-        (``seed_K``) is one entry with all of them. ``"all"`` stands for every baseline that fits the scenario and gives
-        a finite command: with default gains, and with tuned ones of the scenario's family.
+        Policies as :func:`~ftac_gym.policies.resolve` takes them, by name or as objects; a mapping gives them the names
+        in the tables. An agent with a folder for each training seed (``seed_K``) is one entry with all of them.
+        ``"all"`` stands for every baseline that fits the scenario and gives a finite command: with default gains, and
+        with tuned ones of the scenario's family.
     scenario
         The task, or one of the splits that share it.
 
@@ -76,22 +77,44 @@ def entries_of(names: Sequence[baselines.BaselineLike | Path], scenario: Scenari
     ValueError
         If a name is unknown, or two entries have one name; if a baseline does not fit or has no tuned gains of this
         family; if an agent cannot be loaded, or its seeds are of different designs.
+    MissingExtra
+        If the library of a model is not installed.
     """
     entries: list[Entry] = []
-    for name in names:
-        if name == ALL:
+    for name, item in names.items() if isinstance(names, Mapping) else ((None, item) for item in names):
+        if isinstance(item, str) and item == ALL:
             entries += _every_baseline(scenario)
             continue
-        with fields_named(policy=f"policies (beside {ALL!r})"):
-            path = None if isinstance(name, type) else agent_path(name, scenario.name)
-        entries.append(_baseline(name, scenario) if path is None else _agent(path))
+        entry = _entry(item, scenario)
+        entries.append(entry if name is None else replace(entry, name=name))
     unique = list({entry.name: entry for entry in entries}.values())
     # The same baseline named twice is one entry; other policies of one name differ.
     known = baselines.names()
     given = [entry.name for entry in entries if entry.kind == "agent" or entry.name.removesuffix(TUNED) not in known]
-    rule = "must be custom classes of different names, and agents in folders of different names"
+    rule = "must be custom classes and other policies of different names, and agents in folders of different names"
     require(len(given) == len(set(given)), "policies", rule, given)
     return tuple(unique)
+
+
+def _entry(item: Any, scenario: Scenario) -> Entry:
+    if isinstance(item, (str, Path)) and not is_external(str(item)):
+        with fields_named(policy=f"policies (beside {ALL!r})"):
+            path = agent_path(item, scenario.name)
+        return _baseline(item, scenario) if path is None else _agent(path)
+    policy = resolve(item, scenario.name)
+    if isinstance(policy, DeferredBaseline):
+        return _baseline(item, scenario)
+    command = getattr(policy, "command", "")
+    curve = tuple(getattr(policy, "curve", ()))
+    return Entry(
+        name=policy_label(item),
+        policies=(item if isinstance(item, str) else policy,),
+        tier=getattr(policy, "information", policy.tier),
+        kind="agent",
+        gains="",
+        provenance={"source": policy_label(item), **({"command": command} if command else {})},
+        curves=(curve,) if curve else (),
+    )
 
 
 def fitted(entry: Entry, scenarios: Sequence[Scenario]) -> tuple[Policy, ...]:
@@ -128,6 +151,7 @@ def check_fit(policy: Policy, scenarios: Sequence[Scenario]) -> None:
         If a control period is too long for the gains of a baseline.
     """
     for scenario in scenarios:
+        check_task(policy, scenario)
         try:
             runner = PolicyRunner(scenario, policy)
             runner.reset(scenario.draw(0, 1))
@@ -149,7 +173,7 @@ def _baseline(name: Any, scenario: Scenario) -> Entry:
     policy = resolve(name)
     assert isinstance(policy, DeferredBaseline)
     custom = policy.name not in baselines.names()
-    shown = label(policy.name) if custom else str(name)
+    shown = policy_label(policy)
     free = not custom or shown not in baselines.names()
     require(free, "policies", "must be a class whose name no baseline has", shown)
     provenance = tuned.record(str(policy.name))["provenance"] if policy.gains == "tuned" else {}

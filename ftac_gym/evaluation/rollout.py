@@ -7,8 +7,7 @@ import numpy as np
 
 from ftac_gym import scenarios
 from ftac_gym.evaluation.metrics import Rollout
-from ftac_gym.policies.resolve import resolve
-from ftac_gym.policies.runner import PolicyRunner
+from ftac_gym.policies import PolicyRunner, check_task, resolve
 from ftac_gym.scenarios import ScenarioLike
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.fitting import fitted
@@ -53,7 +52,9 @@ def rollout(
     """
     task = scenarios.resolve(scenario)
     drawn = task.draw(seed, count) if episodes is None else fitted(episodes, task)
-    runner = PolicyRunner(task, resolve(policy, task.name), len(drawn), threads)
+    resolved = resolve(policy, task.name)
+    check_task(resolved, task)
+    runner = PolicyRunner(task, resolved, len(drawn), threads)
     runner.reset(drawn)
     simulator, steps = runner.env.batch.simulator, task.horizon
     histories = {name: np.empty((steps + 1, *values.shape)) for name, values in _truth(runner).items()}

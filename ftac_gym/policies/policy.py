@@ -1,13 +1,9 @@
-"""The interface of everything that acts, and adapters to it."""
+"""The interface of everything that acts, and baselines that wait for their environment."""
 
 import json
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
-import numpy as np
-import numpy.typing as npt
 from gymnasium.vector import VectorEnv
 
 from ftac_gym import baselines
@@ -88,38 +84,17 @@ class DeferredBaseline:
         return self._policy.predict(observation, state, episode_start, deterministic)
 
 
-class DirectPolicy:
-    """A function or an object with ``predict`` that acts on the wheels without wrappers.
+def check_task(policy: Policy, scenario: Scenario) -> None:
+    """Let a policy that is bound to a task refuse another one.
 
-    Parameters
-    ----------
-    source
-        An object whose ``predict`` has Stable-Baselines3's signature, or a function from the observation (size,) of
-        one spacecraft to its action (wheels,).
+    Raises
+    ------
+    ValueError
+        If the policy has a method ``check_task``, and it refuses the scenario.
     """
-
-    fingerprint = None
-
-    def __init__(self, source: Any) -> None:
-        self.tier: str = getattr(source, "tier", "attitude")
-        self._predict: Callable[..., Any] = getattr(source, "predict", partial(_predict_each, source))
-
-    def attach(self, env: SpacecraftFTCVectorEnv) -> VectorEnv[Any, Any, Any]:
-        """Return the environment unchanged."""
-        return env
-
-    def predict(
-        self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool = True
-    ) -> tuple[Any, Any]:
-        """Return the actions (N, wheels) and the state."""
-        return self._predict(observation, state=state, episode_start=episode_start, deterministic=deterministic)
-
-
-def _predict_each(
-    function: Callable[[npt.NDArray[Any]], Any], observation: npt.NDArray[Any], **_: Any
-) -> tuple[npt.NDArray[Any], None]:
-    """Return the actions of a function of single observations."""
-    return np.stack([np.asarray(function(row)) for row in observation]), None
+    check = getattr(policy, "check_task", None)
+    if check is not None:
+        check(scenario)
 
 
 def policy_label(policy: Any) -> str:

@@ -8,7 +8,10 @@ from ftac_gym import baselines
 from ftac_gym.agents.agent import Agent
 from ftac_gym.agents.shipped import SHIPPED, best_agent, designs
 from ftac_gym.baselines.registry import known_names
-from ftac_gym.policies.policy import TUNED, DeferredBaseline, DirectPolicy, Policy
+from ftac_gym.policies.external import ExternalPolicy
+from ftac_gym.policies.policy import TUNED, DeferredBaseline, Policy
+from ftac_gym.policies.text import external, is_external
+from ftac_gym.policies.torchrl import from_torchrl, is_tensordict_module
 from ftac_gym.utils.parameters import require
 
 AGENT = "agent"
@@ -28,10 +31,13 @@ def resolve(policy: Any, scenario: str = "flagship", gains: str = "default") -> 
         - ``"agent"`` or the name of another shipped agent;
         - the path of an agent: its folder, or the folder of its run;
         - the path of a folder with one agent for each training seed, for the best in its own evaluations;
-        - a Stable-Baselines3 model, which acts directly, in the attitude tier;
-        - an object with Stable-Baselines3's ``predict``, and the tier of its observation as ``tier`` if that is not
-          ``"attitude"``;
-        - a function from the observation (size,) of one spacecraft, in the attitude tier, to its action (wheels,);
+        - a file of another library, or an object of a module, as text: ``"sb3:PATH"``, ``"onnx:PATH"``,
+          ``"zoo:FOLDER"``, ``"module:name"``, ``"module:name()"``, with arguments behind it; see
+          :func:`~ftac_gym.policies.text.external`;
+        - a model of Stable-Baselines3, sb3-contrib or SBX, which acts directly, in the attitude tier;
+        - an actor of TorchRL, as of :func:`~ftac_gym.policies.torchrl.from_torchrl`;
+        - a function from the observation (size,) of one spacecraft to its action (wheels,), or an object with
+          ``predict``, as of :class:`~ftac_gym.policies.external.ExternalPolicy`;
         - a :class:`~ftac_gym.policies.policy.Policy`, for example an :class:`~ftac_gym.agents.agent.Agent`.
     scenario
         Name of the scenario whose agent ``"agent"`` is.
@@ -43,7 +49,14 @@ def resolve(policy: Any, scenario: str = "flagship", gains: str = "default") -> 
     ValueError
         If a name is unknown, a baseline has no such gains, or the policy is of another kind. The message says where
         the known names are.
+    MissingExtra
+        If the library of a model is not installed; the message has the command that installs it.
     """
+    if isinstance(policy, str) and is_external(policy):
+        found = external(policy)
+        # The path of a class, not the class, tells other processes and results apart.
+        law = isinstance(found, type) and issubclass(found, baselines.Baseline)
+        return DeferredBaseline(policy, gains) if law else resolve(found, scenario, gains)
     if isinstance(policy, (str, Path)):
         folder = agent_path(policy, scenario)
         if folder is not None:
@@ -56,11 +69,13 @@ def resolve(policy: Any, scenario: str = "flagship", gains: str = "default") -> 
         return policy
     if hasattr(policy, "get_vec_normalize_env"):
         return Agent.of(policy)
+    if is_tensordict_module(policy):
+        return from_torchrl(policy)
     attached = isinstance(policy, (type, baselines.BaselinePolicy))
     acts = not attached and (hasattr(policy, "predict") or callable(policy))
     rule = "must be a name, a path, an Agent or a Baseline class (not an instance), a model, an object with predict, "
     require(acts, "policy", rule + "or a function from observation to action", policy)
-    return DirectPolicy(policy)
+    return ExternalPolicy(policy)
 
 
 def agent_path(name: str | Path, scenario: str = "flagship") -> Path | None:
@@ -89,6 +104,8 @@ def agent_path(name: str | Path, scenario: str = "flagship") -> Path | None:
     if baselines.is_baseline(text.removesuffix(TUNED)):
         return None
     rule = f"must be {AGENT!r}, a shipped agent ({', '.join(shipped)}), {known_names(text)}, "
-    rule += "a baseline with tuned gains like 'nftsm tuned', a custom class as 'module:Class', or the path of an agent"
+    rule += (
+        "tuned gains like 'nftsm tuned', 'module:name', 'sb3:PATH', 'zoo:PATH', 'onnx:PATH', or the path of an agent"
+    )
     require(os.path.exists(text), "policy", rule, text)
     return Path(text)

@@ -12,7 +12,7 @@ import yaml
 from stable_baselines3.common.utils import LinearSchedule
 
 from ftac_gym import baselines
-from ftac_gym.agents.interface import WRAPPERS, Interface, base_of
+from ftac_gym.agents.interface import Interface, Wrappers, base_of, wrappers_from_yaml
 from ftac_gym.baselines.gains import merged, nested
 from ftac_gym.utils.files import reading
 from ftac_gym.utils.parameters import require
@@ -22,11 +22,6 @@ CONFIGS = Path(__file__).parent / "configs"
 ALGORITHMS = ("ppo", "recurrent_ppo", "sac", "tqc")
 SCHEDULED = ("learning_rate", "clip_range")
 """Hyperparameters that may be ``lin_VALUE``: falling to zero over the run."""
-
-Wrappers = tuple[tuple[str, dict[str, Any]], ...]
-"""Name and arguments of each wrapper, the innermost first."""
-
-_PREFIX = "ftac_gym.wrappers."
 
 
 @dataclass(frozen=True)
@@ -108,27 +103,6 @@ def read_hyperparameters(path: Path, environment_id: str, changes: Mapping[str, 
     fields["normalize"] = bool(fields.get("normalize"))
     interface = Interface(env_kwargs.pop("observation", "attitude"), wrappers, hold)
     return Hyperparameters(interface, env_kwargs=env_kwargs, settings=settings, **fields)
-
-
-def wrappers_from_yaml(items: Sequence[Any] | Mapping[str, Any] | str) -> tuple[Wrappers, int]:
-    """Return the wrappers and the hold of an ``env_wrapper`` entry.
-
-    Raises
-    ------
-    ValueError
-        If a wrapper cannot be part of an agent's interface.
-    """
-    wrappers, hold = [], 1
-    for item in [items] if isinstance(items, str | Mapping) else items:
-        name, arguments = next(iter(item.items())) if isinstance(item, Mapping) else (item, {})
-        name = str(name).removeprefix(_PREFIX)
-        if name == "ActionHold":
-            hold *= arguments["steps"]
-            continue
-        rule = f"must be among {[*WRAPPERS, 'ActionHold']} of ftac_gym.wrappers"
-        require(name in WRAPPERS, "env_wrapper", rule, name)
-        wrappers.append((name, dict(arguments)))
-    return tuple(wrappers), hold
 
 
 def with_base_gains(interface: Interface) -> Interface:

@@ -14,6 +14,7 @@ EXTRAS = {
         *("yaml", "joblib", "jinja2", "filelock", "safetensors"),
     ),
     "cluster": ("ray",),
+    "onnx": ("onnxruntime",),
     "lmi": ("cvxpy", "clarabel"),
     "render": ("pygame", "moviepy", "imageio", "imageio_ffmpeg", "PIL"),
 }

@@ -66,7 +66,7 @@ def held_decision(
     due = (waiting == 0) | start
     if held is None or due.any():
         decided, after = decide(memory)
-        held = decided if held is None else np.where(due[:, None], decided, held)
+        held = decided if held is None or due.all() else np.where(due[:, None], decided, held)
         if after is not None and memory is not None and not due.all():
             after = tuple(np.where(due[None, :, None], new, old) for new, old in zip(after, memory, strict=True))
         memory = after

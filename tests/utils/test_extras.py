@@ -42,7 +42,8 @@ def test_every_import_of_the_package_is_a_dependency_or_of_an_extra():
     needed = modules(PROJECT["dependencies"])
     known = {*sys.stdlib_module_names, "ftac_gym", *needed, *(item for extra in EXTRAS.values() for item in extra)}
     found = {name.partition(".")[0] for path in (ROOT / "ftac_gym").rglob("*.py") for name in imported(path)}
-    assert found - {"mpl_toolkits"} <= known  # a part of matplotlib
+    # A part of matplotlib, and the library of an actor that is given.
+    assert found - {"mpl_toolkits", "tensordict"} <= known
 
 
 def test_a_missing_package_is_named_with_its_install_line(monkeypatch):
