@@ -4,10 +4,10 @@ import math
 from typing import Any
 
 from ftac_gym.dynamics.algebra import add3, cross3, symmetric_times
-from ftac_gym.utils.compiling import inlined
+from ftac_gym.utils.compiling import inlined, merged
 
 
-@inlined
+@merged
 def fill_disturbance(torque: Any, steady: Any, harmonics: Any, time: float, step: float) -> None:
     """Write the external torque at every half step, (2 * substeps + 1, 3) [N m], before any scaling with the rate.
 
@@ -89,8 +89,8 @@ def angular_acceleration(w: Any, stored: Any, wheel: Any, external: Any, body: A
     return symmetric_times(inverse, (x, y, z))
 
 
-@inlined
-def twice_attitude_rate(q: Any, w: Any) -> Any:
+@merged
+def twice_attitude_rate(w: Any, q: Any) -> Any:
     """Return 2 q' = q (x) [0, w]."""
     return (
         -q[1] * w[0] - q[2] * w[1] - q[3] * w[2],

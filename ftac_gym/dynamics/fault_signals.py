@@ -7,13 +7,13 @@ linearly across the step. Within a step everything is smooth, and the integrator
 import math
 from typing import Any
 
-from ftac_gym.utils.compiling import inlined
+from ftac_gym.utils.compiling import inlined, merged
 
 # Times closer than this are equal [s]: it absorbs rounding in t = step * period.
 TIME_TOLERANCE = 1e-9
 
 
-@inlined
+@merged
 def acts(fault: Any, switches: Any, i: int, time: float) -> bool:
     """Return True if a fault of spacecraft i acts at a time [s]; ``switches`` (N, chains, FLIPS): switching times."""
     since = time - fault.onset
@@ -32,7 +32,7 @@ def acts(fault: Any, switches: Any, i: int, time: float) -> bool:
     return True
 
 
-@inlined
+@merged
 def part_at(fault: Any, time: float) -> float:
     """Return the part of an acting fault that is present at a time [s], in [0, 1]."""
     part = 1.0
@@ -72,7 +72,7 @@ def untouched(faults: Any, i: int, j: int, begin: float, end: float) -> bool:
     return not touched
 
 
-@inlined
+@merged
 def constant_signals(faults: Any, i: int, j: int, begin: float, end: float) -> Any:
     """Return the signals of wheel j of spacecraft i, if they are constant between two times [s].
 
@@ -103,7 +103,7 @@ def constant_signals(faults: Any, i: int, j: int, begin: float, end: float) -> A
     return constant, locked, delay, effectiveness, bias, forward, backward, brake
 
 
-@inlined
+@merged
 def step_signals(faults: Any, switches: Any, i: int, j: int, time: float, step: float) -> Any:
     """Return the signals of wheel j of spacecraft i over one physics step.
 

@@ -17,7 +17,7 @@ from ftac_gym.dynamics.body import angular_acceleration, fill_disturbance, inert
 from ftac_gym.dynamics.fault_signals import constant_signals, untouched
 from ftac_gym.dynamics.modes import ROWS, begin_step, end_step, load_modes, modal_stage, store_modes
 from ftac_gym.dynamics.wheels import turn_wheel
-from ftac_gym.utils.compiling import entry_point, inlined
+from ftac_gym.utils.compiling import entry_point, inlined, merged
 
 
 @inlined
@@ -42,7 +42,96 @@ def slopes(
     if appendages is not None:
         momentum, pull = modal_stage(work, w, weight, ahead)
         stored, torque = add3(stored, 1.0, momentum), add3(torque, 1.0, pull)
-    return twice_attitude_rate(q, w), angular_acceleration(w, stored, torque, external, inertia, steady)
+    return twice_attitude_rate(w, q), angular_acceleration(w, stored, torque, external, inertia, steady)
+
+
+@merged
+def turn_body(
+    i: int,
+    begin: float,
+    attitude: Any,
+    rate: Any,
+    coupled: bool,
+    stored: Any,
+    total: Any,
+    actuation: Any,
+    inertia: Any,
+    rate_torque: bool,
+    appendages: Any,
+    modal_displacement: Any,
+    modal_rate: Any,
+    work: Any,
+    steady: Any,
+    external: Any,
+    step: float,
+    substeps: int,
+) -> None:
+    """Turn body i through a control period under the torques of its wheels, in place.
+
+    The parameters are those of :func:`advance`, with those of wheels and work space as follows.
+
+    Parameters
+    ----------
+    begin
+        Start of the period [s].
+    stored
+        Momentum of the wheels at the start [N m s], body axes.
+    total, actuation
+        Torque of the wheels [N m], body axes: (3,) of those that hold it through the period, and (substeps, 9) of the
+        others at the three stage times.
+    work
+        Space (ROWS, k) for the modes.
+    external
+        (2 * substeps + 1, 3) external torque at every half step [N m].
+    """
+    q = (attitude[i, 0], attitude[i, 1], attitude[i, 2], attitude[i, 3])
+    w = (rate[i, 0], rate[i, 1], rate[i, 2])
+    amplitude = inertia[i].amplitude
+    varying = amplitude[0] != 0.0 or amplitude[1] != 0.0 or amplitude[2] != 0.0
+    carried = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    if appendages is not None:
+        carried = load_modes(work, appendages[i], modal_displacement[i], modal_rate[i], w)
+    body_1 = inertia_at(inertia[i], carried, varying, rate_torque, begin)
+    body_2, body_4 = body_1, body_1
+    for substep in range(substeps):
+        if varying:
+            time = begin + substep * step
+            body_1 = inertia_at(inertia[i], carried, varying, rate_torque, time)
+            body_2 = inertia_at(inertia[i], carried, varying, rate_torque, time + 0.5 * step)
+            body_4 = inertia_at(inertia[i], carried, varying, rate_torque, time + step)
+        external_1, external_2 = external[2 * substep], external[2 * substep + 1]
+        external_4 = external[2 * substep + 2]
+        wheel_1 = add3(total, 1.0, (actuation[substep, 0], actuation[substep, 1], actuation[substep, 2]))
+        wheel_2 = add3(total, 1.0, (actuation[substep, 3], actuation[substep, 4], actuation[substep, 5]))
+        wheel_4 = add3(total, 1.0, (actuation[substep, 6], actuation[substep, 7], actuation[substep, 8]))
+        stored_2, stored_3, stored_4 = stored, stored, stored
+        if coupled:
+            stored_2 = add3(stored, -0.5 * step, wheel_1)
+            stored_3 = add3(stored, -0.5 * step, wheel_2)
+            stored_4 = add3(stored, -step, wheel_2)
+
+        if appendages is not None:
+            begin_step(work)
+        turn_1, spin_1 = slopes(appendages, work, 1.0, 0.5 * step, q, w, stored, wheel_1, external_1, body_1, steady[i])
+        q_2, w_2 = add4(q, 0.25 * step, turn_1), add3(w, 0.5 * step, spin_1)
+        turn_2, spin_2 = slopes(
+            appendages, work, 2.0, 0.5 * step, q_2, w_2, stored_2, wheel_2, external_2, body_2, steady[i]
+        )
+        q_3, w_3 = add4(q, 0.25 * step, turn_2), add3(w, 0.5 * step, spin_2)
+        turn_3, spin_3 = slopes(appendages, work, 2.0, step, q_3, w_3, stored_3, wheel_2, external_2, body_2, steady[i])
+        q_4, w_4 = add4(q, 0.5 * step, turn_3), add3(w, step, spin_3)
+        turn_4, spin_4 = slopes(appendages, work, 1.0, 0.0, q_4, w_4, stored_4, wheel_4, external_4, body_4, steady[i])
+        if appendages is not None:
+            end_step(work, step / 6.0)
+        q = add4(q, step / 12.0, add4(add4(turn_1, 1.0, turn_4), 2.0, add4(turn_2, 1.0, turn_3)))
+        w = add3(w, step / 6.0, add3(add3(spin_1, 1.0, spin_4), 2.0, add3(spin_2, 1.0, spin_3)))
+        if coupled:
+            stored = add3(stored, -step / 6.0, add3(add3(wheel_1, 1.0, wheel_4), 4.0, wheel_2))
+    # RK4 keeps the norm to (rate * step)^6 a step: once a period suffices to keep it to rounding.
+    store_unit(attitude, i, q)
+    rate[i, 0], rate[i, 1], rate[i, 2] = w
+    if appendages is not None:
+        store_modes(work, modal_displacement[i], modal_rate[i], w)
 
 
 @entry_point(algebra, body, fault_signals, modes, stiff_wheel, wheels, wheel_table)
@@ -145,58 +234,8 @@ def advance(
                     past[i, age, j] = past[i, age - 1, j]
                 past[i, 0, j] = command[i, j]
 
-        q = (attitude[i, 0], attitude[i, 1], attitude[i, 2], attitude[i, 3])
-        w = (rate[i, 0], rate[i, 1], rate[i, 2])
-        amplitude = inertia[i].amplitude
-        varying = amplitude[0] != 0.0 or amplitude[1] != 0.0 or amplitude[2] != 0.0
-        carried = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        if appendages is not None:
-            carried = load_modes(work, appendages[i], modal_displacement[i], modal_rate[i], w)
-        body_1 = inertia_at(inertia[i], carried, varying, rate_torque, begin)
-        body_2, body_4 = body_1, body_1
-        for substep in range(substeps):
-            if varying:
-                time = begin + substep * step
-                body_1 = inertia_at(inertia[i], carried, varying, rate_torque, time)
-                body_2 = inertia_at(inertia[i], carried, varying, rate_torque, time + 0.5 * step)
-                body_4 = inertia_at(inertia[i], carried, varying, rate_torque, time + step)
-            external_1, external_2 = external[2 * substep], external[2 * substep + 1]
-            external_4 = external[2 * substep + 2]
-            wheel_1 = add3(total, 1.0, (actuation[substep, 0], actuation[substep, 1], actuation[substep, 2]))
-            wheel_2 = add3(total, 1.0, (actuation[substep, 3], actuation[substep, 4], actuation[substep, 5]))
-            wheel_4 = add3(total, 1.0, (actuation[substep, 6], actuation[substep, 7], actuation[substep, 8]))
-            stored_2, stored_3, stored_4 = stored, stored, stored
-            if coupled:
-                stored_2 = add3(stored, -0.5 * step, wheel_1)
-                stored_3 = add3(stored, -0.5 * step, wheel_2)
-                stored_4 = add3(stored, -step, wheel_2)
-
-            if appendages is not None:
-                begin_step(work)
-            turn_1, spin_1 = slopes(
-                appendages, work, 1.0, 0.5 * step, q, w, stored, wheel_1, external_1, body_1, steady[i]
-            )
-            q_2, w_2 = add4(q, 0.25 * step, turn_1), add3(w, 0.5 * step, spin_1)
-            turn_2, spin_2 = slopes(
-                appendages, work, 2.0, 0.5 * step, q_2, w_2, stored_2, wheel_2, external_2, body_2, steady[i]
-            )
-            q_3, w_3 = add4(q, 0.25 * step, turn_2), add3(w, 0.5 * step, spin_2)
-            turn_3, spin_3 = slopes(
-                appendages, work, 2.0, step, q_3, w_3, stored_3, wheel_2, external_2, body_2, steady[i]
-            )
-            q_4, w_4 = add4(q, 0.5 * step, turn_3), add3(w, step, spin_3)
-            turn_4, spin_4 = slopes(
-                appendages, work, 1.0, 0.0, q_4, w_4, stored_4, wheel_4, external_4, body_4, steady[i]
-            )
-            if appendages is not None:
-                end_step(work, step / 6.0)
-            q = add4(q, step / 12.0, add4(add4(turn_1, 1.0, turn_4), 2.0, add4(turn_2, 1.0, turn_3)))
-            w = add3(w, step / 6.0, add3(add3(spin_1, 1.0, spin_4), 2.0, add3(spin_2, 1.0, spin_3)))
-            if coupled:
-                stored = add3(stored, -step / 6.0, add3(add3(wheel_1, 1.0, wheel_4), 4.0, wheel_2))
-        # RK4 keeps the norm to (rate * step)^6 a step: once a period suffices to keep it to rounding.
-        store_unit(attitude, i, q)
-        rate[i, 0], rate[i, 1], rate[i, 2] = w
-        if appendages is not None:
-            store_modes(work, modal_displacement[i], modal_rate[i], w)
+        turn_body(
+            i, begin, attitude, rate, coupled, stored, total, actuation, inertia, rate_torque, appendages,
+            modal_displacement, modal_rate, work, steady, external, step, substeps,
+        )  # fmt: skip
         ticks[i] += 1

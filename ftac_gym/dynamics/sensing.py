@@ -20,7 +20,7 @@ from ftac_gym.dynamics.fault_signals import acts, part_at
 from ftac_gym.task import references
 from ftac_gym.task.references import ReferenceKind
 from ftac_gym.utils import randomness
-from ftac_gym.utils.compiling import entry_point, inlined
+from ftac_gym.utils.compiling import entry_point, inlined, merged
 from ftac_gym.utils.randomness import Stream, normal_pair, philox
 
 _NOISE = int(Stream.NOISE)
@@ -46,7 +46,7 @@ def rotation(turn: Any) -> Any:
     return math.cos(0.5 * angle), factor * turn[0], factor * turn[1], factor * turn[2]
 
 
-@inlined
+@merged
 def normals(tick: int, episode: int, block: int, keys: Any, i: int) -> Any:
     """Return four standard normal deviates of the noise of a spacecraft."""
     a, b, c, d = philox(tick, episode, _NOISE, block, keys[i, 0], keys[i, 1])
@@ -64,7 +64,7 @@ def mrp_map(sigma: Any, square: float, a: Any, along: float) -> Any:
     )
 
 
-@inlined
+@merged
 def follow_mrp(i: int, record: Any, time: float, attitude: Any, rate: Any, acceleration: Any) -> None:
     """Write the reference from modified Rodrigues parameters.
 
@@ -85,14 +85,14 @@ def follow_mrp(i: int, record: Any, time: float, attitude: Any, rate: Any, accel
     store3(acceleration, i, add3(bent, -drag, turned))
 
 
-@inlined
+@merged
 def half_turn_rate(q: Any, record: Any, time: float) -> Any:
     """Return q' = 1/2 q (x) [0, w_d(t)]."""
     x, y, z = sinusoid(record, 0, time)[0], sinusoid(record, 1, time)[0], sinusoid(record, 2, time)[0]
     return quaternion_product(q, (0.0, 0.5 * x, 0.5 * y, 0.5 * z))
 
 
-@inlined
+@merged
 def follow_rate(
     i: int, record: Any, tick: int, step: float, substeps: int, attitude: Any, rate: Any, acceleration: Any
 ) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 from numba import njit
 
 from ftac_gym.dynamics.wheel_table import STIFF_GAMMA
-from ftac_gym.utils.compiling import CONTRACT, inlined
+from ftac_gym.utils.compiling import CONTRACT, inlined, merged
 
 _GAMMA = STIFF_GAMMA
 _WEIGHT_1 = -0.25 * (6.0 * _GAMMA * _GAMMA - 16.0 * _GAMMA + 1.0)
@@ -56,7 +56,7 @@ def powered(wheel: Any, drive: float, momentum: float) -> float:
     return math.copysign(wheel.power_limit / (abs(momentum) * wheel.inverse_inertia), drive)
 
 
-@inlined
+@merged
 def net_torque(wheel: Any, momentum: float, drive: float, resistance: Any) -> Any:
     """Return the torque of a wheel on the body [N m] under a motor torque and resistance.
 
@@ -70,7 +70,7 @@ def net_torque(wheel: Any, momentum: float, drive: float, resistance: Any) -> An
     return powered(wheel, drive, momentum) + drag + math.copysign(brake, momentum), drag, slope
 
 
-@inlined
+@merged
 def implicit_momentum(wheel: Any, free: float, weight: float, drive: float, guess: float, resistance: Any) -> float:
     """Solve h + weight (drive + friction(h) + brake sign(h)) = free for the momentum h, with a guess of it.
 

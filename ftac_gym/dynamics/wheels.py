@@ -17,7 +17,7 @@ from numba import njit
 
 from ftac_gym.dynamics.fault_signals import constant_signals, step_signals
 from ftac_gym.dynamics.stiff_wheel import stiff_step
-from ftac_gym.utils.compiling import CONTRACT, inlined
+from ftac_gym.utils.compiling import CONTRACT, inlined, merged
 
 
 @inlined
@@ -64,7 +64,7 @@ def held_at_limit(
     return sign * (wheel.momentum_limit - min(back, strongest * (step - moment)))
 
 
-@inlined
+@merged
 def turn_wheel(
     array: Any,
     faults: Any,

@@ -62,16 +62,18 @@ def run(tmp_path):
     (package / "compiling.py").write_text(source_of(compiling))
     (package / "kernel.py").write_text(KERNEL)
 
-    def call(factor, disk=0, **environment):
+    def call(factor, disk=0, first="", last="", **environment):
         (package / "pieces.py").write_text(PIECES.format(factor=factor))
-        command = [sys.executable, "-c", REPORT]
+        command = [sys.executable, "-c", f"{first}\n{REPORT}\n{last}"]
         finished = subprocess.run(
             on_small_disk(command, tmp_path / "cache", disk) if disk else command,
             env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path), **environment},
             capture_output=True, text=True, check=True,
         )  # fmt: skip
+        lines = finished.stderr.splitlines()
+        call.announced = [line for line in lines if line.startswith("ftac_gym: ")]
         # The last line of a warning is the source.
-        for line in finished.stderr.splitlines()[::2]:
+        for line in [line for line in lines if line not in call.announced][::2]:
             warnings.warn(line, stacklevel=1)
         return json.loads(finished.stdout)
 
@@ -91,6 +93,27 @@ def test_a_change_in_any_file_recompiles_and_no_change_does_not(run, tmp_path):
     with (tmp_path / "parts" / "compiling.py").open("a") as file:
         file.write("# Compiled in another way.\n")
     assert run(3.0) == [[0.0, 3.0, 6.0], 0, 1]
+
+
+def test_a_process_that_compiles_says_so_once_and_one_that_loads_is_silent(run):
+    twice = "fill(np.zeros(3, np.float32)); assert sum(fill.stats.cache_misses.values()) == {}"
+    assert run(2.0, last=twice.format(2)) == [[0.0, 2.0, 4.0], 0, 1]
+    assert run.announced == ["ftac_gym: compiling the simulation for this machine, about 12 s, once"]
+    assert run(2.0, last=twice.format(0)) == [[0.0, 2.0, 4.0], 1, 0]
+    assert run.announced == []
+
+
+def test_the_line_is_silenced_as_any_of_pythons_logging(run):
+    assert run(2.0, first="import logging; logging.getLogger('ftac_gym').setLevel(logging.ERROR)")[2] == 1
+    assert run.announced == []
+
+
+@pytest.mark.parametrize(("number", "state"), [(1, "enable"), (2, "disable")])
+def test_only_the_first_worker_says_so_and_compiling_leaves_the_garbage_collector_as_it_was(run, number, state):
+    worker = f"import gc, multiprocessing; multiprocessing.current_process().name = 'SpawnProcess-{number}'"
+    collects = f"assert gc.isenabled() == {state == 'enable'}"
+    assert run(2.0, first=f"{worker}; gc.{state}()", last=collects)[2] == 1
+    assert len(run.announced) == (number == 1)
 
 
 def test_without_compilation_the_functions_are_plain_python(run, tmp_path):
