@@ -165,6 +165,6 @@ def _fingerprint(digest: str, interface: Interface) -> str | None:
     # The files do not hold the code of a custom base.
     if any(base not in baselines.names() for base in interface.bases):
         return None
-    tuned_gains = [tuned.gains(base) for base in interface.tuned_bases]
+    tuned_gains = [tuned.gains(*base) for base in interface.tuned_bases]
     parts = [digest.encode(), json.dumps(tuned_gains, sort_keys=True).encode(), *designs.stored_files().values()]
     return hashlib.sha256(b"".join(parts)).hexdigest()

@@ -94,10 +94,10 @@ class Interface:
         return tuple(base for base in found if base is not None)
 
     @property
-    def tuned_bases(self) -> tuple[str, ...]:
-        """Those of them whose gains are read from the files of tuned gains."""
-        found = (base_of(name, given) for name, given in self.wrappers if given.get("gains") == "tuned")
-        return tuple(base for base in found if base is not None)
+    def tuned_bases(self) -> tuple[tuple[str, str], ...]:
+        """Those of them whose gains are read from files of tuned gains, with the set of gains or the file."""
+        sets = ((base_of(name, given), given.get("gains", "default")) for name, given in self.wrappers)
+        return tuple((base, gains) for base, gains in sets if base is not None and gains != "default")
 
     def wrap(self, env: Any) -> Any:
         """Return an environment, single or vector, with the wrappers."""

@@ -45,7 +45,7 @@ _BEHAVIOUR = ("interface", "network", "normalizer", "weights")
 
 _REMEDY = "restore the whole folder from a copy, or train the agent again"
 _OLDER = "must be of this version; pickles run code when they are read. Convert one that you trust, once: "
-_OLDER += "python train/convert.py OLD NEW --trust"
+_OLDER += "ftac-convert OLD NEW --trust"
 
 
 @dataclass(frozen=True, eq=False)

@@ -169,10 +169,11 @@ def chosen(name: BaselineLike, gains: str, changes: Mapping[str, Any]) -> dict[s
         If the name or the set of gains is unknown, or there are no tuned gains.
     """
     entry = _entry(name)
-    require(gains in GAINS, "gains", f"must be one of {list(GAINS)}", gains)
+    known = gains in GAINS or tuned.is_file(gains)
+    require(known, "gains", f"must be one of {list(GAINS)}, or a file FILE.json of ftac-tune", gains)
     rule = "must be 'default' for a baseline not of this package"
     require(_registered(name) or gains == "default", "gains", rule, gains)
-    layers = [entry.gains, tuned.gains(name) if _registered(name) and gains == "tuned" else {}]
+    layers = [entry.gains, tuned.gains(name, gains) if _registered(name) and gains != "default" else {}]
     if changes.get("faults", entry.gains.get("faults")) != entry.gains.get("faults"):
         # Gains of one observer have no meaning for another.
         layers = [{key: value for key, value in layer.items() if key != "observer"} for layer in layers]
@@ -193,7 +194,8 @@ def make(
     num_spacecraft
         Number of spacecraft N.
     gains
-        ``"default"`` for the gains of the entry, ``"tuned"`` for those stored by ``train/tune.py`` (:mod:`.tuned`).
+        ``"default"`` for the gains of the entry, ``"tuned"`` for those tuned for a task of the package, or the file
+        ``FILE.json`` of a search by ``ftac-tune`` (:mod:`.tuned`).
     **changes
         Gains that differ from these; see the class.
 

@@ -21,18 +21,36 @@ def names() -> list[str]:
     return sorted(item.name.removesuffix(".json") for item in FOLDER.iterdir() if item.name.endswith(".json"))
 
 
-def record(name: str) -> dict[str, Any]:
-    """Return the tuned gains of a baseline and their provenance.
+def is_file(gains: object) -> bool:
+    """Tell whether a set of gains is the path of a file ``FILE.json``, as ``ftac-tune`` writes it."""
+    return isinstance(gains, str) and gains.lower().endswith(".json")
+
+
+def record(name: str, source: str = "tuned") -> dict[str, Any]:
+    """Return tuned gains of a baseline and their provenance.
+
+    Parameters
+    ----------
+    name
+        Name of the baseline.
+    source
+        ``"tuned"`` for the gains that the package has, or a file of ``ftac-tune``.
 
     Raises
     ------
     ValueError
-        If there are none, or their file is damaged; the message names the command that tunes them.
+        If there are none, or their file is damaged or of another baseline; the message names the command that tunes.
     """
-    command = f"python train/tune.py --baseline {name} --store"
-    require(name in names(), "gains", f"must be tuned first: {command}. Tuned are {names()}", name)
-    path = FOLDER / f"{name}.json"
-    with reading(Path(str(path)), f"tune it again: {command}"):
+    command = f"ftac-tune --baseline {name}"
+    if is_file(source):
+        return _read(Path(source), f"tune again: {command}", name)
+    rule = f"must be tuned first: {command} --store. Tuned are {names()}"
+    require(name in names(), "gains", rule, name)
+    return _read(Path(str(FOLDER / f"{name}.json")), f"tune it again: {command} --store", None)
+
+
+def _read(path: Path, remedy: str, baseline: str | None) -> dict[str, Any]:
+    with reading(path, remedy):
         found = parse_json(path.read_bytes())
         require(isinstance(found, dict), "tuned gains", "must be an object", found)
         for part in ("gains", "provenance"):
@@ -40,10 +58,13 @@ def record(name: str) -> dict[str, Any]:
         for part, kind in (("scenario", str), ("trials", int)):
             value = found["provenance"].get(part)
             require(isinstance(value, kind), f"{part} of the provenance", f"must be of type {kind.__name__}", value)
+        if baseline is not None:
+            named = found["provenance"].get("baseline")
+            require(named == baseline, "baseline of the provenance", f"must be {baseline!r}", named)
         return dict(found)
 
 
-def gains(name: str) -> dict[str, Any]:
-    """Return the tuned gains of a baseline; raises as :func:`record` does."""
-    found: dict[str, Any] = record(name)["gains"]
+def gains(name: str, source: str = "tuned") -> dict[str, Any]:
+    """Return tuned gains of a baseline; parameters and errors as of :func:`record`."""
+    found: dict[str, Any] = record(name, source)["gains"]
     return found

@@ -4,8 +4,8 @@ Converting reads the pickles once, and reading a pickle runs the code in it. Con
 
 For example:
 
-    python train/convert.py runs/old_agent runs/agent --trust
-    python train/convert.py logs/ppo/SpacecraftFTC-v0_1/best_model.zip runs/zoo --trust
+    ftac-convert runs/old_agent runs/agent --trust
+    ftac-convert logs/ppo/SpacecraftFTC-v0_1/best_model.zip runs/zoo --trust
 """
 
 from __future__ import annotations

@@ -7,9 +7,9 @@ is opened.
 
 For example:
 
-    python train/play.py --policy nftsm --fault seizure:2@15
-    python train/play.py --policy agent --against "nftsm tuned" --scenario flagship_hardware --episode 17
-    python train/play.py --policy nftsm --against pd_dob --fault seizure:2@15 --speed 4 --output results/seizure.mp4
+    ftac-play --policy nftsm --fault seizure:2@15
+    ftac-play --policy agent --against "nftsm tuned" --scenario flagship_hardware --episode 17
+    ftac-play --policy nftsm --against pd_dob --fault seizure:2@15 --speed 4 --output results/seizure.mp4
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from pathlib import Path
 from gymnasium.error import DependencyNotInstalled
 from rich.progress import track
 
-from ftac_gym import scenarios
+from ftac_gym.cli.tasks import scenario_of, short_name
 from ftac_gym.envs.rendering import Window
 from ftac_gym.envs.rendering.toolkit import pygame
 from ftac_gym.faults import FaultSchedule
@@ -38,12 +38,12 @@ class Config:
     """Policies to show, and their episode."""
 
     policy: str = "agent"
-    """A baseline's name, "NAME tuned" for its tuned gains, the name or folder of an agent, or a Stable-Baselines3 zip.
-    "agent" is the shipped residual of the scenario, or of the flagship."""
+    """A baseline's name, "NAME tuned" or "NAME FILE.json" for tuned gains, the name or folder of an agent, or a zip of
+    Stable-Baselines3. "agent" is the shipped residual of the scenario, or of the flagship."""
     against: str | None = None
     """A second policy, side by side on the same episode."""
     scenario: str = "flagship"
-    """Scenario."""
+    """Scenario: NAME, FILE.json or module:function."""
     fault: tuple[str, ...] = ()
     """Faults instead of the scenario's own, such as seizure:2@15 (wheel 2, after 15 s) or
     loss_of_effectiveness:0@10,effectiveness=0.3; "none" for a healthy spacecraft."""
@@ -69,7 +69,7 @@ class Config:
 
 def task(config: Config) -> Scenario:
     """Return the scenario with the faults of the command line."""
-    scenario = scenarios.get(config.scenario)
+    scenario = scenario_of(config.scenario)
     if config.fault == ("none",):
         return scenario.replace(faults=None)
     if config.fault:
@@ -124,7 +124,7 @@ def watch(config: Config, session: Session) -> None:
                     window.close()
                 elif event.key == pygame.K_v and recording is None:
                     taken += 1
-                    path = config.films / f"{config.scenario}_{session.seed}_{taken}.mp4"
+                    path = config.films / f"{short_name(config.scenario)}_{session.seed}_{taken}.mp4"
                     recording = Film(path, config.width, config.height, config.frames_per_second)
                     screen.notice = f"filming {path}"
                 elif event.key == pygame.K_v and recording is not None:

@@ -4,7 +4,7 @@ The claim table and the studies behind it are printed, and written as a report w
 
 For example:
 
-    python train/reproduce.py --paper zhang_zhou_2019
+    ftac-reproduce --paper zhang_zhou_2019
 """
 
 from __future__ import annotations

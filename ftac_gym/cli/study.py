@@ -6,8 +6,8 @@ with intervals over seeds and episodes.
 
 For example:
 
-    python train/study.py --seeds 3 --workers 2
-    python train/study.py --seeds 3 --workers 2 --actions residual --memories none estimate
+    ftac-study --seeds 3 --workers 2
+    ftac-study --seeds 3 --workers 2 --actions residual --memories none estimate
 """
 
 from collections.abc import Mapping, Sequence

@@ -2,8 +2,8 @@
 
 For example:
 
-    python train/synthesize.py --scenario flexible
-    python train/synthesize.py --scenario flexible --store
+    ftac-synthesize --scenario flexible
+    ftac-synthesize --scenario flexible --store
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ftac_gym import scenarios
 from ftac_gym.baselines import synthesis
 from ftac_gym.baselines.synthesis.designs import record
-from ftac_gym.utils.console import exit_on
+from ftac_gym.cli.tasks import scenario_of, short_name
+from ftac_gym.utils.console import check_store, exit_on
 from ftac_gym.utils.files import write_text
 
 
@@ -28,20 +28,22 @@ class Config:
     """A scenario, and the region for the poles of the observer."""
 
     scenario: str = "li_2023"
-    """Scenario with the spacecraft."""
+    """Scenario with the spacecraft: NAME, FILE.json or module:function."""
     centre: float = -10.0
     """Centre of the disc for all poles of the observer's error [1/s]."""
     radius: float = 10.0
     """Radius of the disc [1/s]."""
     store: bool = False
-    """Store the gains in the package, under the scenario's name."""
+    """Store the gains in the package of a checkout, under the scenario's name."""
 
 
 def main(config: Config) -> None:
     """Solve, prove, print, and store on request."""
-    start = time.perf_counter()
-    with exit_on(ValueError, prefix=f"--scenario {config.scenario}: "):
-        spacecraft = scenarios.get(config.scenario).spacecraft
+    check_store(config.store)
+    start, name = time.perf_counter(), config.scenario
+    spacecraft = scenario_of(name).spacecraft
+    with exit_on(ValueError, prefix=f"--scenario {name}: "):
+        stored_as = short_name(name)
         observer, controller = synthesis.design(spacecraft, synthesis.Disc(config.centre, config.radius))
     elapsed = time.perf_counter() - start
     proof = observer.certificate
@@ -60,7 +62,7 @@ def main(config: Config) -> None:
         f"{controller.proof.state_bound:.4g} rad/s; proved: {proof.holds}"
     )
     if config.store:
-        path = Path(synthesis.__file__).parent / "stored" / f"{config.scenario}.json"
+        path = Path(synthesis.__file__).parent / "stored" / f"{stored_as}.json"
         text = json.dumps(record(spacecraft, observer, controller), indent=1)
         rows = re.compile(r"\[\s+([^\[\]{}]+?)\s+\]")
         write_text(path, rows.sub(lambda match: "[" + re.sub(r"\s+", " ", match[1]) + "]", text) + "\n")

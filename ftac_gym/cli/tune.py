@@ -1,13 +1,16 @@
 """Tune the gains of a baseline with CMA-ES for the agents' objective, the mean return, on the training split.
 
 The search covers the ranges that the baseline declares for its gains. A study lies in a folder and continues where it
-stopped if the same command is given again; a larger number of trials extends it. The script prints the best gains, and
-their results on episodes that the search did not use. With --store they become the baseline's tuned gains.
+stopped if the same command is given again; a larger number of trials extends it. The program prints the best gains, and
+their results on episodes that the search did not use. It writes them to gains.json in the folder, which is a set of
+gains for every program: ftac-evaluate --policies "pd_dob runs/tuning/pd_dob/gains.json". With --store, in a checkout,
+they become the baseline's tuned gains.
 
 For example:
 
-    python train/tune.py --baseline pd_dob --trials 400
-    python train/tune.py --baseline pd_dob --trials 400 --store
+    ftac-tune --baseline pd_dob --trials 400
+    ftac-tune --baseline pd_dob --trials 400 --store
+    ftac-tune --baseline pd_dob --scenario my_satellite.json --folder runs/tuning/my_satellite
 """
 
 from __future__ import annotations
@@ -21,12 +24,16 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from ftac_gym import baselines, scenarios
+from ftac_gym import baselines
+from ftac_gym.cli.tasks import scenario_of, short_name
 from ftac_gym.evaluation.metrics import described
 from ftac_gym.evaluation.tuning import store, tune
 from ftac_gym.evaluation.tuning_objective import Search, fly
-from ftac_gym.utils.console import command_line, commit, exit_on, one_line_warnings
+from ftac_gym.utils.console import check_store, command_line, commit, exit_on, one_line_warnings
 from ftac_gym.utils.parameters import require
+
+GAINS_FILE = "gains.json"
+"""File of the best gains in the folder of a study."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +43,7 @@ class Config:
     baseline: str = "pd_dob"
     """Baseline to tune."""
     scenario: str = "flagship"
-    """Scenario whose episodes are drawn."""
+    """Scenario whose episodes are drawn: NAME, FILE.json or module:function."""
     trials: int = 300
     """Budget: number of gains that are flown in all, those of an earlier call included."""
     episodes: int = 300
@@ -48,25 +55,32 @@ class Config:
     workers: int = 2
     """Processes; they do not change the result."""
     folder: Path | None = None
-    """Folder of the study; by default runs/tuning/BASELINE."""
+    """Folder of the study; by default runs/tuning/BASELINE, or runs/tuning/SCENARIO/BASELINE if that is another one."""
     store: bool = False
-    """Write the gains and their provenance into the package, for gains="tuned"."""
+    """Write the gains and their provenance into the package of a checkout too, for gains="tuned"."""
 
 
 def command(config: Config) -> str:
     """Return the command line that finds the same gains; it states the budget even if it is the usual one."""
-    stored = dataclasses.replace(config, store=True)
-    return command_line("train/tune.py", stored, always=("baseline", "trials"), never=("workers", "folder"))
+    return command_line("ftac-tune", config, always=("baseline", "trials"), never=("workers", "folder"))
 
 
 def search_of(config: Config) -> Search:
     """Return the search; raise a ValueError that names an argument which does not fit."""
-    for name, known in (("baseline", baselines.names()), ("scenario", scenarios.names())):
-        require(getattr(config, name) in known, name, f"must be one of {known}", getattr(config, name))
+    known = baselines.names()
+    require(config.baseline in known, "baseline", f"must be one of {known}", config.baseline)
     for name in ("trials", "workers"):
         require(getattr(config, name) > 0, name, "must be positive", getattr(config, name))
-    scenario = scenarios.get(config.scenario)
+    scenario = scenario_of(config.scenario)
     return Search(config.baseline, scenario, config.episodes, config.seed, config.sampler_seed)
+
+
+def folder_of(config: Config) -> Path:
+    """Return the folder of the study."""
+    if config.folder is not None:
+        return config.folder
+    task = "" if config.scenario == Config.scenario else short_name(config.scenario)
+    return Path("runs/tuning") / task / config.baseline
 
 
 def written(line: str) -> None:
@@ -77,10 +91,10 @@ def written(line: str) -> None:
 def main(config: Config) -> None:
     """Search and report."""
     # Read at the start: the working tree may change while the search runs.
-    commit_id = commit(Path(__file__).parent)
-    folder = config.folder if config.folder is not None else Path("runs/tuning") / config.baseline
+    check_store(config.store)
+    commit_id = commit()
     with exit_on(ValueError), exit_on(BrokenExecutor, prefix="not finished: "), one_line_warnings(written):
-        search = search_of(config)
+        search, folder = search_of(config), folder_of(config)
         with tqdm(total=config.trials, desc=f"tuning {config.baseline}", unit="trial") as bar:
 
             def progress(done: int, best: float) -> None:
@@ -100,7 +114,7 @@ def main(config: Config) -> None:
         metrics = fly(search, gains, config.seed + 1)
         fresh[label] = float(metrics["return"].mean())
         print(f"{label} on fresh episodes: {described(metrics)}, mean return {fresh[label]:.4g}")
-    if config.store:
-        counted = dataclasses.replace(config, trials=result.trials)
+    counted = dataclasses.replace(config, trials=result.trials)
+    for path in (folder / GAINS_FILE, *([None] if config.store else [])):
         with exit_on(ValueError, prefix="not stored: "):
-            print(f"stored {store(result, command(counted), commit_id, fresh)}")
+            print(f"stored {store(result, command(counted), commit_id, fresh, path)}")

@@ -11,6 +11,7 @@ from ftac_gym.agents.shipped import agent_folders, training_curve
 from ftac_gym.agents.storage import read_card
 from ftac_gym.baselines import tuned
 from ftac_gym.policies import TUNED, DeferredBaseline, Policy, PolicyRunner, check_task, policy_label, resolve
+from ftac_gym.policies.policy import named_gains
 from ftac_gym.policies.resolve import agent_path
 from ftac_gym.policies.text import is_external
 from ftac_gym.scenarios import SPLITS
@@ -90,7 +91,7 @@ def entries_of(names: Sequence[Any] | Mapping[str, Any], scenario: Scenario) -> 
     unique = list({entry.name: entry for entry in entries}.values())
     # The same baseline named twice is one entry; other policies of one name differ.
     known = baselines.names()
-    given = [entry.name for entry in entries if entry.kind == "agent" or entry.name.removesuffix(TUNED) not in known]
+    given = [entry.name for entry in entries if entry.kind == "agent" or named_gains(entry.name)[0] not in known]
     rule = "must be custom classes and other policies of different names, and agents in folders of different names"
     require(len(given) == len(set(given)), "policies", rule, given)
     return tuple(unique)
@@ -176,11 +177,12 @@ def _baseline(name: Any, scenario: Scenario) -> Entry:
     shown = policy_label(policy)
     free = not custom or shown not in baselines.names()
     require(free, "policies", "must be a class whose name no baseline has", shown)
-    provenance = tuned.record(str(policy.name))["provenance"] if policy.gains == "tuned" else {}
-    found = provenance.get("scenario", _family(scenario))
+    provenance = tuned.record(str(policy.name), policy.gains)["provenance"] if policy.gains != "default" else {}
+    # Of a file, the user says that its gains are for this task.
+    found = _family(scenario) if tuned.is_file(policy.gains) else provenance.get("scenario", _family(scenario))
     require(found == _family(scenario), f"gains of {shown}", f"must be tuned on {_family(scenario)}", found)
     tier = baselines.make(policy.name, scenario, gains=policy.gains).information
-    return Entry(shown, (policy,), tier, "baseline", policy.gains, provenance)
+    return Entry(shown, (policy,), tier, "baseline", "tuned" if provenance else policy.gains, provenance)
 
 
 def _every_baseline(scenario: Scenario) -> list[Entry]:

@@ -138,8 +138,10 @@ def _tune(
     return Result(search, len(study.trials), failed, study.best.gains, study.best.mean_return)
 
 
-def store(result: Result, command: str, commit: str | None, fresh: Mapping[str, float]) -> Path:
-    """Write tuned gains and their provenance into the package, for ``gains="tuned"``; return the file.
+def store(
+    result: Result, command: str, commit: str | None, fresh: Mapping[str, float], path: Path | None = None
+) -> Path:
+    """Write tuned gains and their provenance to a file, and return it.
 
     Parameters
     ----------
@@ -151,6 +153,8 @@ def store(result: Result, command: str, commit: str | None, fresh: Mapping[str, 
         Git commit of the code, or None.
     fresh
         Mean return by name of the gains, over the feasible episodes of the next seed.
+    path
+        The file, whose path is then the name of the gains; by default that of the package for ``gains="tuned"``.
 
     Raises
     ------
@@ -174,6 +178,6 @@ def store(result: Result, command: str, commit: str | None, fresh: Mapping[str, 
         "fresh_seed": search.seed + 1,
         "fresh_mean_return": dict(fresh),
     }
-    path = Path(str(tuned.FOLDER)) / f"{search.baseline}.json"
+    path = Path(str(tuned.FOLDER)) / f"{search.baseline}.json" if path is None else path
     write_text(path, json.dumps({"gains": result.gains, "provenance": provenance}, indent=2) + "\n")
     return path

@@ -7,6 +7,7 @@ from typing import Any, Protocol
 from gymnasium.vector import VectorEnv
 
 from ftac_gym import baselines
+from ftac_gym.baselines import tuned
 from ftac_gym.baselines.custom import label
 from ftac_gym.baselines.sampling import warn_of_long_period
 from ftac_gym.envs import SpacecraftFTCVectorEnv
@@ -15,6 +16,13 @@ from ftac_gym.utils.parameters import FloatArray
 
 TUNED = " tuned"
 """Suffix of a baseline's name that selects its tuned gains."""
+
+
+def named_gains(text: str) -> tuple[str, str | None]:
+    """Return name and gains of a text: ``"NAME tuned"`` or ``"NAME FILE.json"`` for a baseline, else text and None."""
+    name, _, gains = text.partition(" ")
+    named = baselines.is_baseline(name) and (gains == TUNED.strip() or tuned.is_file(gains))
+    return (name, gains) if named else (text, None)
 
 
 class Policy(Protocol):
@@ -39,7 +47,8 @@ class DeferredBaseline:
     name
         Name of a baseline, a subclass of :class:`~ftac_gym.baselines.Baseline`, or its path as ``"module:Class"``.
     gains
-        ``"default"`` or ``"tuned"``, as for :func:`ftac_gym.baselines.make`; custom classes have default gains only.
+        ``"default"``, ``"tuned"`` or a file, as for :func:`ftac_gym.baselines.make`; custom classes have default gains
+        only.
     **changes
         Gains that differ from these.
 
@@ -102,6 +111,6 @@ def policy_label(policy: Any) -> str:
     if isinstance(policy, (str, Path)):
         return str(policy)
     if isinstance(policy, DeferredBaseline):
-        return label(policy.name) + (TUNED if policy.gains == "tuned" else "")
+        return label(policy.name) + ("" if policy.gains == "default" else f" {policy.gains}")
     name = getattr(policy, "__name__", None) or getattr(policy, "name", None)
     return name if isinstance(name, str) else type(policy).__name__

@@ -9,7 +9,7 @@ from ftac_gym.agents.agent import Agent
 from ftac_gym.agents.shipped import SHIPPED, best_agent, designs
 from ftac_gym.baselines.registry import known_names
 from ftac_gym.policies.external import ExternalPolicy
-from ftac_gym.policies.policy import TUNED, DeferredBaseline, Policy
+from ftac_gym.policies.policy import DeferredBaseline, Policy, named_gains
 from ftac_gym.policies.text import external, is_external
 from ftac_gym.policies.torchrl import from_torchrl, is_tensordict_module
 from ftac_gym.utils.parameters import require
@@ -26,7 +26,8 @@ def resolve(policy: Any, scenario: str = "flagship", gains: str = "default") -> 
     policy
         One of
 
-        - a baseline's name, or ``"NAME tuned"`` for its tuned gains;
+        - a baseline's name, ``"NAME tuned"`` for its tuned gains, or ``"NAME FILE.json"`` for those that ``ftac-tune``
+          wrote;
         - a subclass of :class:`~ftac_gym.baselines.Baseline`, or its path as ``"module:Class"``;
         - ``"agent"`` or the name of another shipped agent;
         - the path of an agent: its folder, or the folder of its run;
@@ -42,7 +43,7 @@ def resolve(policy: Any, scenario: str = "flagship", gains: str = "default") -> 
     scenario
         Name of the scenario whose agent ``"agent"`` is.
     gains
-        ``"default"`` or ``"tuned"``: gains of a baseline whose name does not say ``tuned``.
+        ``"default"``, ``"tuned"`` or a file of ``ftac-tune``: gains of a baseline whose name says none.
 
     Raises
     ------
@@ -61,8 +62,8 @@ def resolve(policy: Any, scenario: str = "flagship", gains: str = "default") -> 
         folder = agent_path(policy, scenario)
         if folder is not None:
             return Agent.load(best_agent(folder))
-        name = str(policy)
-        return DeferredBaseline(name.removesuffix(TUNED), "tuned" if name.endswith(TUNED) else gains)
+        name, named = named_gains(str(policy))
+        return DeferredBaseline(name, gains if named is None else named)
     if isinstance(policy, type) and issubclass(policy, baselines.Baseline):
         return DeferredBaseline(policy, gains)
     if all(hasattr(policy, name) for name in ("attach", "predict", "tier")):
@@ -84,7 +85,7 @@ def agent_path(name: str | Path, scenario: str = "flagship") -> Path | None:
     Parameters
     ----------
     name
-        ``"agent"``, the name of another shipped agent, a baseline's name with or without ``" tuned"``,
+        ``"agent"``, the name of another shipped agent, a baseline's name with or without its gains,
         ``"module:Class"``, or a path.
     scenario
         Name of the scenario whose agent ``"agent"`` is.
@@ -101,11 +102,10 @@ def agent_path(name: str | Path, scenario: str = "flagship") -> Path | None:
         return SHIPPED / (of_scenario if of_scenario in shipped else "flagship_residual")
     if text in shipped:
         return SHIPPED / text
-    if baselines.is_baseline(text.removesuffix(TUNED)):
+    if baselines.is_baseline(named_gains(text)[0]):
         return None
     rule = f"must be {AGENT!r}, a shipped agent ({', '.join(shipped)}), {known_names(text)}, "
-    rule += (
-        "tuned gains like 'nftsm tuned', 'module:name', 'sb3:PATH', 'zoo:PATH', 'onnx:PATH', or the path of an agent"
-    )
+    rule += "gains like 'nftsm tuned' or 'nftsm FILE.json', 'module:name', 'sb3:PATH', 'zoo:PATH', 'onnx:PATH', "
+    rule += "or the path of an agent"
     require(os.path.exists(text), "policy", rule, text)
     return Path(text)

@@ -1,4 +1,4 @@
-"""Tables and figures of a comparison of policies on the scenarios of ``train/evaluate.py``."""
+"""Tables and figures of a comparison of policies on the scenarios of ``ftac-evaluate``."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from ftac_gym import baselines
 from ftac_gym.evaluation.entries import Entry
-from ftac_gym.policies import TUNED, DeferredBaseline
+from ftac_gym.policies import DeferredBaseline, policy_label
 from ftac_gym.policies.text import is_external
 from ftac_gym.report.cells import UNKNOWN, Cell
 
@@ -21,10 +21,10 @@ def baseline_name(entry: Entry) -> str | None:
 
 
 def policy_name(entry: Entry, seed: int) -> str | None:
-    """Return the name or path that ``train/evaluate.py --policies`` takes for a policy; None if it has none."""
+    """Return the name or path that ``ftac-evaluate --policies`` takes for a policy; None if it has none."""
     name = baseline_name(entry)
     if name is not None:
-        return name + TUNED if entry.gains == "tuned" else name
+        return policy_label(entry.policies[0])
     if not isinstance(entry.policies[seed], (str, Path)):
         return None
     if is_external(str(entry.policies[seed])):

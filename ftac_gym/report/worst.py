@@ -122,5 +122,5 @@ def replay_command(split: str, episodes: Episodes, index: int, names: Sequence[s
         return ""
     # The list ends with this episode: no other one need be flown.
     count = int(episodes.feasible[: index + 1].sum())
-    words = ["python", "train/evaluate.py", "--policies", *dict.fromkeys(known), "--reference", known[-1]]
+    words = ["ftac-evaluate", "--policies", *dict.fromkeys(known), "--reference", known[-1]]
     return shlex.join([*words, "--scenario", split, "--splits", "--episodes", str(count), "--detail", str(index)])

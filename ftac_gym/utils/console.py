@@ -80,19 +80,19 @@ def alone_in(folder: Path, option: str) -> Iterator[None]:
         yield
 
 
-def command_line(script: str, config: Any, always: Sequence[str] = (), never: Sequence[str] = ()) -> str:
+def command_line(program: str, config: Any, always: Sequence[str] = (), never: Sequence[str] = ()) -> str:
     """Return the command line that makes a configuration, a dataclass.
 
     Parameters
     ----------
-    script
-        Path of the script.
+    program
+        Name of the command.
     config
         The configuration; fields at their defaults are left out.
     always, never
         Fields that are stated, or left out, whatever their value.
     """
-    words, default = ["python", script], type(config)()
+    words, default = [program], type(config)()
     for item in dataclasses.fields(config):
         value = getattr(config, item.name)
         if item.name in never or (value == getattr(default, item.name) and item.name not in always):
@@ -103,17 +103,32 @@ def command_line(script: str, config: Any, always: Sequence[str] = (), never: Se
     return shlex.join(words)
 
 
-def commit(folder: Path) -> str | None:
-    """Return the git commit of a checkout's folder, with "-dirty" if its code has changed; None outside a checkout."""
+def checkout() -> Path | None:
+    """Return the folder of the git checkout of which this package is a part; None for an installed package."""
+    folder = Path(__file__).parents[2]
+    return folder if (folder / ".git").exists() and (folder / "pyproject.toml").is_file() else None
+
+
+def commit() -> str | None:
+    """Return the git commit of this package's checkout, with "-dirty" if its code has changed; None without git."""
+    folder = checkout()
 
     def git(*words: str) -> str:
         return subprocess.run(["git", *words], capture_output=True, text=True, check=True, cwd=folder).stdout.strip()
 
     code = (":(top)ftac_gym", ":(top)train", ":(top,exclude)ftac_gym/baselines/tuned_gains")
+    if folder is None:
+        return None  # A repository around an installed package is someone else's.
     try:
         return git("rev-parse", "HEAD") + ("-dirty" if git("status", "--porcelain", "--", *code) else "")
     except (OSError, subprocess.CalledProcessError):
         return None
+
+
+def check_store(store: bool) -> None:
+    """End the program if it is to write into a package that is installed."""
+    if store and checkout() is None:
+        raise SystemExit("--store writes into a checkout of the package; this one is installed, and stays as it is")
 
 
 def print_line(console: Console, line: str) -> None:

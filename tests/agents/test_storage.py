@@ -126,11 +126,11 @@ def test_any_damage_is_named_in_a_line(folder):
         (lambda folder: (folder / "card.json").write_text("{}"), "interface must be in the card"),
         (
             lambda folder: (folder / "card.json").write_text('{"interface": {}, "normalized": true}'),
-            r"agent must be of this version; .*python train/convert\.py OLD NEW --trust",
+            r"agent must be of this version; .*ftac-convert OLD NEW --trust",
         ),
         (
             lambda folder: ((folder / "card.json").unlink(), (folder / "model.zip").write_bytes(b"")),
-            r"agent must be of this version; pickles run code.*python train/convert\.py OLD NEW --trust",
+            r"agent must be of this version; pickles run code.*ftac-convert OLD NEW --trust",
         ),
     ],
 )
@@ -142,7 +142,7 @@ def test_messages(folder, damage, message):
 
 def test_a_zip_is_refused_with_the_command_that_converts_it(tmp_path):
     model_of().save(tmp_path / "model.zip")
-    with pytest.raises(ValueError, match=r"python train/convert\.py OLD NEW --trust, got .*model\.zip"):
+    with pytest.raises(ValueError, match=r"ftac-convert OLD NEW --trust, got .*model\.zip"):
         Agent.load(tmp_path / "model.zip")
 
 

@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
-from helpers.scripts import SCRIPTS, command, module_of
+from helpers.scripts import command, module_of
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.baselines import tuned
@@ -74,8 +74,8 @@ def test_it_stores_what_it_finds(stored, tmp_path, capsys, monkeypatch):
     gains, provenance = record["gains"], record["provenance"]
     assert baselines.make("pd", scenarios.get("flagship"), gains="tuned").gains.rate_gain == gains["rate_gain"]
     assert f"gains: {json.dumps(gains)}" in printed and "default on fresh episodes: success" in printed
-    assert provenance["command"] == "python train/tune.py --baseline pd --trials 2 --episodes 2 --store"
-    assert provenance["trials"] == 2 and provenance["commit"] == commit(SCRIPTS)
+    assert provenance["command"] == "ftac-tune --baseline pd --trials 2 --episodes 2 --store"
+    assert provenance["trials"] == 2 and provenance["commit"] == commit()
     metrics = fly(search, gains, 800_001)
     assert provenance["fresh_mean_return"].keys() == {"tuned", "default"}
     assert provenance["fresh_mean_return"]["tuned"] == pytest.approx(metrics["return"].mean())
@@ -91,11 +91,10 @@ def test_it_stores_what_it_finds(stored, tmp_path, capsys, monkeypatch):
 
 def test_the_command_finds_the_same_gains():
     script = module_of("tune")
-    assert script.command(script.Config()) == "python train/tune.py --baseline pd_dob --trials 300 --store"
+    assert script.command(script.Config()) == "ftac-tune --baseline pd_dob --trials 300"
     changed = script.Config("pd", "flagship_tracking", 5, 20, 3, 4, workers=9, folder=Path("/somewhere"))
     assert script.command(changed) == (
-        "python train/tune.py --baseline pd --scenario flagship_tracking --trials 5 --episodes 20 --seed 3 "
-        "--sampler-seed 4 --store"
+        "ftac-tune --baseline pd --scenario flagship_tracking --trials 5 --episodes 20 --seed 3 --sampler-seed 4"
     )
 
 
@@ -105,7 +104,7 @@ def test_the_commit_is_none_outside_a_checkout(monkeypatch):
         raise FileNotFoundError("git")
 
     monkeypatch.setattr(subprocess, "run", missing)
-    assert commit(SCRIPTS) is None
+    assert commit() is None
 
 
 @pytest.mark.parametrize(

@@ -109,10 +109,10 @@ def test_worst_episodes_come_first_and_can_be_flown_again(tmp_path):
     first = dict(zip([cell["text"].strip() for cell in page.tables["flagship"][0]], rows[0], strict=True))
     assert first["episode"]["text"] == str(worst) and first["entry"]["note"].strip() == "seed 1"
     assert shown(first["settling time"]) == DURATION and "reference 1" in first["settling time"]["note"]
-    commands = next(text for text in page.texts if text.startswith("python train/evaluate.py")).splitlines()
+    commands = next(text for text in page.texts if text.startswith("ftac-evaluate")).splitlines()
     assert len(commands) == 5
-    program, script, *arguments = shlex.split(commands[0])
-    assert (program, script) == ("python", "train/evaluate.py")
+    program, *arguments = shlex.split(commands[0])
+    assert program == "ftac-evaluate"
     evaluate = module_of("evaluate")
     config = tyro.cli(evaluate.Config, args=arguments)
     assert config.policies == ("runs/b", "pd_dob tuned") and config.reference == "pd_dob tuned"

@@ -30,11 +30,11 @@ def test_errors_end_the_program_with_their_message():
 
 
 def test_a_command_line_leaves_out_the_defaults():
-    assert command_line("run.py", Config()) == "python run.py"
-    assert command_line("run.py", Config(trials=5, store=True, names=("a", "b c"))) == (
-        "python run.py --trials 5 --names a 'b c' --store"
+    assert command_line("run", Config()) == "run"
+    assert command_line("run", Config(trials=5, store=True, names=("a", "b c"))) == (
+        "run --trials 5 --names a 'b c' --store"
     )
-    assert command_line("run.py", Config(trials=5), always=("name",), never=("trials",)) == "python run.py --name pd"
+    assert command_line("run", Config(trials=5), always=("name",), never=("trials",)) == "run --name pd"
 
 
 @pytest.mark.parametrize("lines", [False, True])

@@ -85,7 +85,7 @@ def read_agent(path, data):
     Agent.load(path)
     (path / "card.json").unlink()
     for policy in (path, path / "model.zip"):
-        with pytest.raises(ValueError, match=r"python train/convert\.py"):
+        with pytest.raises(ValueError, match=r"ftac-convert"):
             resolve(policy)
 
 

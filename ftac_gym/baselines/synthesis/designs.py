@@ -1,7 +1,7 @@
 """Gains by their source: the paper's appendix, or matrix inequalities solved for a spacecraft.
 
 Solved designs are stored as data, so that their use needs no solver and gives the same numbers everywhere. They are
-made by ``python train/synthesize.py --scenario NAME --store``.
+made by ``ftac-synthesize --scenario NAME --store``.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ def solved(spacecraft: Spacecraft) -> DesignGains:
     for name, content in stored_files().items():
         if name == _PUBLISHED:
             continue
-        remedy = f"solve it again: python train/synthesize.py --scenario {name.removesuffix('.json')} --store"
+        remedy = f"solve it again: ftac-synthesize --scenario {name.removesuffix('.json')} --store"
         with reading(Path(str(_FOLDER.joinpath("stored", name))), remedy):
             data = parse_json(content)
             if data["spacecraft"] == numbers:

@@ -84,7 +84,7 @@ def test_stored_designs_are_for_equal_numbers_alone(no_solver):
 @pytest.mark.parametrize(
     ("file", "remedy"),
     [
-        ("stored/flexible.json", "solve it again: python train/synthesize.py --scenario flexible --store"),
+        ("stored/flexible.json", "solve it again: ftac-synthesize --scenario flexible --store"),
         ("li_2023_published.json", "install the package again"),
     ],
 )
@@ -185,9 +185,9 @@ def test_shape_of_controller_gains_is_checked():
 def test_script_keeps_what_it_solves(tmp_path, monkeypatch, capsys):
     script = module_of("synthesize")
     small = scenarios.get("flexible").replace(spacecraft=SMALL)
-    monkeypatch.setattr(script.scenarios, "get", lambda name: {"small": small}[name])
+    (tmp_path / "small.json").write_text(small.to_json())
     monkeypatch.setattr(script.synthesis, "__file__", str(tmp_path / "__init__.py"))
-    script.main(script.Config(scenario="small", centre=-12.0, radius=12.0, store=True))
+    script.main(script.Config(scenario=str(tmp_path / "small.json"), centre=-12.0, radius=12.0, store=True))
     shown, data = capsys.readouterr().out, json.loads((tmp_path / "stored" / "small.json").read_text())
     assert shown.count("proved: True") == 2
     assert f"gamma_1 = {data['gamma_1']:.4f}" in shown

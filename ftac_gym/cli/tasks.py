@@ -1,0 +1,40 @@
+"""Scenarios of the command line, and the short names of their tables and folders."""
+
+from pathlib import Path
+
+from ftac_gym import scenarios
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.console import exit_on
+from ftac_gym.utils.importing import is_path
+from ftac_gym.utils.parameters import fields_named, require
+
+
+def scenario_of(text: str, option: str = "scenario") -> Scenario:
+    """Return a scenario by NAME, FILE.json or module:function; end the program with a line if there is none."""
+    with exit_on(ValueError), fields_named(scenario=option):
+        return scenarios.resolve(text)
+
+
+def short_name(text: str) -> str:
+    """Return the name of a scenario of the command line in tables and folders.
+
+    Returns
+    -------
+    The name itself, the stem of a file, or the name of a function.
+
+    Raises
+    ------
+    ValueError
+        If a file or a function has the name of a scenario of the package, whose results they would be mixed with.
+    """
+    if text in scenarios.names():
+        return text
+    name = text.rpartition(":")[2] if is_path(text) else Path(text).stem
+    free = not scenarios.is_shipped(name)
+    require(free, "scenario", "must not be called like one of the package: rename the file or the function", text)
+    return name
+
+
+def is_own(text: str | None) -> bool:
+    """Tell whether a scenario of the command line is a user's own."""
+    return text is not None and not scenarios.is_shipped(text)
