@@ -27,6 +27,7 @@ CARD_FILE = "card.json"
 
 PROVENANCE: dict[str, tuple[type, ...]] = {
     "environment": (str,),
+    "scenario": (str,),
     "algorithm": (str,),
     "command": (str,),
     "seed": (int,),

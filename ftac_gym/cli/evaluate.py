@@ -1,22 +1,23 @@
 """Compare policies on identical episodes: tables by fault kind and by split, CSV files, plots and a report.
 
-The flagship and its splits are flown on their frozen test episodes. With --benchmark, all baselines that fit and all
-shipped agents fly all splits in parallel. Baselines have default and tuned gains, agents all their training seeds. The
-result is an HTML report with ranks and paired differences.
+The flagship and its splits are flown on their frozen test episodes, another scenario on episodes of a seed. With
+--benchmark, all baselines that fit and all shipped agents fly all splits in parallel. Baselines have default and tuned
+gains, agents all their training seeds. The result is an HTML report with ranks and paired differences.
 
 Finished batches are stored in the output folder, and a killed evaluation continues after them. A policy that fails in
 flight is named with its episode and left out of the tables; the others go on, and the exit status says that one failed.
 
 For example:
 
-    python train/evaluate.py
-    python train/evaluate.py --policies agent pd_dob --episodes 200
-    python train/evaluate.py --policies agent pd_dob "nftsm tuned" "nftsm_observer tuned"
-    python train/evaluate.py --benchmark
-    python train/evaluate.py --benchmark --policies agent pd_dob runs/five --episodes 100 --backend ray
-    python train/evaluate.py --policies runs/my_run/agent agent pd_dob --reference agent
-    python train/evaluate.py --policies my_module:my_policy "sb3:model.zip hold=5" pd_dob
-    python train/evaluate.py --seed 3 --episodes 100
+    ftac-evaluate
+    ftac-evaluate --policies agent pd_dob --episodes 200
+    ftac-evaluate --policies agent pd_dob "nftsm tuned" "nftsm_observer tuned"
+    ftac-evaluate --benchmark
+    ftac-evaluate --benchmark --policies agent pd_dob runs/five --episodes 100 --backend ray
+    ftac-evaluate --policies runs/my_run/agent agent pd_dob --reference agent
+    ftac-evaluate --policies my_module:my_policy "sb3:model.zip hold=5" pd_dob
+    ftac-evaluate --seed 3 --episodes 100
+    ftac-evaluate --scenario my_satellite.json --policies pd_dob "pd_dob runs/tuning/my_satellite/pd_dob/gains.json"
 """
 
 from concurrent.futures import BrokenExecutor
@@ -28,18 +29,21 @@ from typing import Literal
 import numpy as np
 from rich.console import Console
 
-from ftac_gym import baselines, scenarios
+from ftac_gym import baselines
 from ftac_gym.agents.shipped import designs
 from ftac_gym.baselines import tuned
+from ftac_gym.cli.tasks import is_own, scenario_of, short_name
 from ftac_gym.evaluation import Evaluation, evaluate, tabulate
 from ftac_gym.evaluation.batches import FlightError
 from ftac_gym.evaluation.benchmark import fly
 from ftac_gym.evaluation.entries import ALL, check_fit, entries_of
-from ftac_gym.policies import TUNED, Policy, resolve
+from ftac_gym.policies import Policy, resolve
+from ftac_gym.policies.policy import named_gains
 from ftac_gym.report import write_report
 from ftac_gym.report.comparison import drawings, tables, write_comparison
 from ftac_gym.scenarios import SPLITS, frozen
 from ftac_gym.task.episodes import Episodes
+from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.console import exit_on, one_line_warnings, print_line, progress_bar, show_table
 
 CLOSE = ("agent", "flagship_telemetry", "flagship_direct", "pd_dob", "pd", "nftsm_observer tuned", "nftsm tuned")
@@ -62,13 +66,14 @@ class Config:
     """A comparison."""
 
     policies: tuple[str, ...] = ()
-    """Policies to compare. Shipped agents and baselines have names, tuned gains are "NAME tuned", an agent has a path.
+    """Policies to compare. Shipped agents and baselines have names, an agent has a path.
+    "NAME tuned" has tuned gains, "NAME FILE.json" those of ftac-tune.
     "agent" is the shipped residual of the scenario or of the flagship. A custom baseline or any other policy is
     "module:name", or "module:name()" for what it returns. Models of other libraries are "sb3:PATH", "zoo:FOLDER" and
     "onnx:PATH"; the first two run code of the file. Arguments may follow: "sb3:PATH hold=5 observation=telemetry". By
     default the shipped agents and the baselines that come closest."""
     benchmark: bool = False
-    """Fly all baselines and agents through the flagship and its splits, and write an HTML report."""
+    """Fly all baselines and agents through the scenario and the splits, and write an HTML report."""
     backend: Literal["local", "ray"] = "local"
     """Backend of the benchmark: processes of this machine, or a Ray cluster (extra "cluster")."""
     workers: int = -1
@@ -78,9 +83,10 @@ class Config:
     reference: str = "pd_dob"
     """The policy that the others are compared with, episode by episode."""
     scenario: str = "flagship"
-    """Scenario of the tables of metrics and of the figures."""
-    splits: tuple[str, ...] = SPLITS[1:]
-    """Further scenarios for the tables by split and by fault kind; none if given without names."""
+    """Scenario of the tables of metrics and of the figures: NAME, FILE.json or module:function."""
+    splits: tuple[str, ...] | None = None
+    """Further scenarios for the tables by split and by fault kind; none if given without names. By default the splits
+    of the flagship, and none of another scenario."""
     episodes: int = 500
     """Feasible episodes of each scenario; infeasible ones between them are flown too and counted apart."""
     count_infeasible: bool = False
@@ -98,6 +104,12 @@ class Config:
         return self.output if self.gains == "default" else self.output / self.gains
 
     @property
+    def scenarios(self) -> tuple[str, ...]:
+        """All scenarios as they are named, that of the figures first."""
+        usual = SPLITS[1:] if self.scenario == SPLITS[0] else ()
+        return tuple(dict.fromkeys((self.scenario, *(usual if self.splits is None else self.splits))))
+
+    @property
     def first_seed(self) -> int:
         """Seed of drawn episodes."""
         return frozen.FIRST_SEED if self.seed is None else self.seed
@@ -108,30 +120,34 @@ class Config:
         if self.policies:
             return self.policies
         if self.benchmark:
-            return (ALL, *(name for name in designs() if name.startswith("flagship")))
-        return CLOSE if self.scenario in SPLITS else ("agent", "pd_dob", "pd")
+            return (ALL, *(name for name in designs() if name.startswith("flagship") and self.scenario in SPLITS))
+        if self.scenario in SPLITS:
+            return CLOSE
+        return ("pd_dob", "pd") if is_own(self.scenario) else ("agent", "pd_dob", "pd")
 
 
 def check_options(config: Config) -> None:
-    """Refuse options that would have no effect, and unknown scenarios."""
+    """Refuse options that would have no effect, unknown scenarios, and two of one name."""
     for name, reason in REFUSED[config.benchmark].items():
         if getattr(config, name) != getattr(Config, name):
             option, mode = name.replace("_", "-"), "with" if config.benchmark else "without"
             raise SystemExit(f"--{option} has no effect {mode} --benchmark: {reason}")
-    known = list(SPLITS) if config.benchmark else scenarios.names()
-    for option, names in (("scenario", (config.scenario,)), ("splits", config.splits)):
-        for name in names:
-            if name not in known:
-                raise SystemExit(f"--{option}: {name!r} is none of {known}")
+    names: dict[str, str] = {}
+    for text in config.scenarios:
+        scenario_of(text, "scenario" if text == config.scenario else "splits")
+        with exit_on(ValueError):
+            other = names.setdefault(short_name(text), text)
+        if other != text:
+            raise SystemExit(f"--splits: {text!r} would have the same folder as {other!r}; rename one")
 
 
 def resolved(config: Config) -> dict[str, Policy]:
     """Return the policies by their names in the tables; refuse those that do not fit before any flight."""
-    tasks = [scenarios.get(name) for name in (config.scenario, *config.splits)]
+    tasks = [scenario_of(text) for text in config.scenarios]
     found = {}
     try:
         for name in config.contenders:
-            found[name] = resolve(name, config.scenario, config.gains)
+            found[name] = resolve(name, short_name(config.scenario), config.gains)
     except ValueError as error:
         raise SystemExit(f"--{'gains' if str(error).startswith('gains') else 'policies'}: {error}") from None
     for name, policy in found.items():
@@ -144,25 +160,27 @@ def gains_used(config: Config) -> str:
     """Return a line with the gains of the baselines, and the origin of tuned ones."""
     found = []
     for policy in sorted(set(config.contenders)):
-        name = policy.removesuffix(TUNED)
+        name, named = named_gains(policy)
+        gains = config.gains if named is None else named
         if name not in baselines.names():
             continue
-        if policy == name and config.gains == "default":
+        if gains == "default":
             found.append(f"{name} default")
         else:
-            source = tuned.record(name)["provenance"]
+            source = tuned.record(name, gains)["provenance"]
             found.append(f"{name} tuned by {source['trials']} trials on {source['scenario']}")
     return f"gains of the baselines: {', '.join(found) or 'none among the policies'}"
 
 
 def draw(config: Config, name: str) -> Episodes:
-    """Return the episodes of a scenario."""
+    """Return the episodes of a scenario, as the command line names it."""
+    scenario = scenario_of(name)
     try:
         if config.count_infeasible:
-            return scenarios.get(name).draw(config.first_seed, config.episodes)
+            return scenario.draw(config.first_seed, config.episodes)
         if config.seed is None and name in SPLITS:
             return frozen.load(name, config.episodes)
-        return frozen.draw_feasible(scenarios.get(name), config.first_seed, config.episodes)
+        return frozen.draw_feasible(scenario, config.first_seed, config.episodes)
     except ValueError as error:
         hint = " (--count-infeasible counts them all)" if "feasible episodes" in str(error) else ""
         raise SystemExit(f"--episodes: {error}{hint}") from None
@@ -174,8 +192,8 @@ def counted(config: Config, episodes: Episodes) -> Episodes:
 
 
 def all_drawn(config: Config) -> dict[str, Episodes]:
-    """Return the episodes of all scenarios, that of the figures first."""
-    return {name: draw(config, name) for name in dict.fromkeys((config.scenario, *config.splits))}
+    """Return the episodes of all scenarios by their short names, that of the figures first."""
+    return {short_name(text): draw(config, text) for text in config.scenarios}
 
 
 def run(
@@ -192,7 +210,7 @@ def run(
     with progress_bar(console) as progress, one_line_warnings(partial(print_line, progress.console)):
         for scenario, episodes in drawn.items():
             bar = progress.add_task(scenario, total=len(episodes) * len(flown))
-            task, folder = scenarios.get(scenario), config.output / scenario / "batches"
+            task, folder = Scenario.from_json(episodes.scenario_json), config.output / scenario / "batches"
             found[scenario] = {}
             for name, policy in flown.items():
                 if name in failures:
@@ -209,10 +227,10 @@ def run(
 
 
 def run_benchmark(config: Config, console: Console) -> None:
-    """Fly the policies through the flagship and its splits."""
+    """Fly the policies through the scenario and the splits, and write the report."""
     folder, episodes = config.output / "benchmark", all_drawn(config)
     with exit_on(ValueError, prefix="--benchmark: "), exit_on(BrokenExecutor, prefix="not finished: "):
-        entries = entries_of(config.contenders, scenarios.get("flagship"))
+        entries = entries_of(config.contenders, scenario_of(config.scenario))
         flights = sum(len(entry.policies) for entry in entries) * sum(map(len, episodes.values()))
         console.print(f"{len(entries)} entries, {len(episodes)} splits, {flights} episodes")
         with progress_bar(console) as progress, one_line_warnings(partial(print_line, progress.console)):
@@ -262,14 +280,14 @@ def main(config: Config) -> None:
     flown = resolved(config)
     if config.reference not in flown:
         raise SystemExit(f"--reference: {config.reference!r} is not among the policies {list(flown)}")
-    drawn = all_drawn(config)
-    episodes = drawn[config.scenario]
+    drawn, scenario = all_drawn(config), short_name(config.scenario)
+    episodes = drawn[scenario]
     if config.detail is not None and not 0 <= config.detail < len(episodes):
         raise SystemExit(f"--detail: {config.detail} is none of the {len(episodes)} episodes")
     lines = origin(config, drawn)
     console.print("\n".join(lines))
     evaluations, failures = run(config, flown, drawn, console)
-    flown = {item.policy: flown[item.policy] for item in evaluations[config.scenario]}
+    flown = {item.policy: flown[item.policy] for item in evaluations[scenario]}
     if config.reference not in flown:
         raise SystemExit(
             "\n".join([*failures, f"--reference: {config.reference} failed: there is nothing to compare with"])
@@ -285,8 +303,8 @@ def main(config: Config) -> None:
     console.print("figures ...")
     with one_line_warnings(partial(print_line, console)):
         figures = drawings(
-            scenarios.get(config.scenario), flown, config.reference, evaluations[config.scenario], episodes,
-            shown[config.scenario].feasible, config.detail,
+            scenario_of(config.scenario), flown, config.reference, evaluations[scenario], episodes,
+            shown[scenario].feasible, config.detail,
         )  # fmt: skip
     with exit_on(ValueError, prefix="--output: "):
         report = write_comparison(

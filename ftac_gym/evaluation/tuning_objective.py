@@ -64,8 +64,10 @@ class Search:
         taken = set(frozen.seeds().values())
         free = not taken & {self.seed, self.seed + 1}
         require(free, "seed", f"and the next must not be of the frozen test episodes, {sorted(taken)}", self.seed)
-        feasible = bool(_drawn(self.scenario.to_json(), self.seed, self.episodes).feasible.any())
-        require(feasible, "episodes", "must have a feasible one among them", self.episodes)
+        drawn = [_drawn(self.scenario.to_json(), seed, self.episodes) for seed in (self.seed, self.seed + 1)]
+        feasible = all(item.feasible.any() for item in drawn)
+        rule = "must have a feasible one among them, and among those of the next seed"
+        require(feasible, "episodes", rule, self.episodes)
 
     @property
     def space(self) -> SearchSpace:

@@ -12,6 +12,7 @@ from ftac_gym.evaluation.entries import Entry
 from ftac_gym.plots import fault_description
 from ftac_gym.report.provenance import policy_name
 from ftac_gym.report.results import Results, values
+from ftac_gym.scenarios import is_shipped
 from ftac_gym.task.episodes import Episodes
 
 COUNT = 5
@@ -115,10 +116,10 @@ def replay_command(split: str, episodes: Episodes, index: int, names: Sequence[s
 
     Returns
     -------
-    The command, or nothing if a policy has no name.
+    The command, or nothing if a policy has no name, or the scenario is a user's own and lies in a file.
     """
     known = [name for name in names if name is not None]
-    if len(known) < len(names):
+    if len(known) < len(names) or not is_shipped(split):
         return ""
     # The list ends with this episode: no other one need be flown.
     count = int(episodes.feasible[: index + 1].sum())

@@ -16,19 +16,23 @@ from ftac_gym.utils.parameters import require
 from ftac_gym.wrappers import SB3VecEnv
 
 
-def training_environment(env_id: str, scenario: Scenario, interface: Interface, count: int) -> tuple[SB3VecEnv, int]:
+def training_environment(
+    env_id: str, scenario: Scenario, interface: Interface, count: int, task: Scenario
+) -> tuple[SB3VecEnv, int]:
     """Return the vector environment of a training, and the number of entries of its observation for the actor.
 
     Parameters
     ----------
     env_id
-        Environment id of the task.
+        Environment id.
     scenario
         Scenario to train on.
     interface
         Interface of the network.
     count
         Spacecraft in parallel.
+    task
+        The task on which the agent is judged.
 
     Raises
     ------
@@ -39,11 +43,11 @@ def training_environment(env_id: str, scenario: Scenario, interface: Interface, 
     native = gym.make_vec(env_id, num_envs=count, autoreset_mode="SameStep", **arguments)
     single = interface.wrap(gym.make(env_id, **arguments))
     # Training and task may differ in the scenario, but not in the spaces of the agent.
-    task = interface.wrap(gym.make(env_id, observation=interface.observation))
+    judged = interface.wrap(gym.make(env_id, observation=interface.observation, scenario=task))
     for part in ("observation_space", "action_space"):
-        given, required = getattr(single, part).shape, getattr(task, part).shape
-        rule = f"must have the {part.replace('_', ' ')} {required} of {env_id}"
-        require(given == required, "scenario", rule, given)
+        given, required = getattr(single, part).shape, getattr(judged, part).shape
+        rule = f"must have the {part.replace('_', ' ')} {required} of the task"
+        require(given == required, "training-scenario", rule, given)
     return SB3VecEnv(interface.wrap_for_training(native), interface.hold), single.observation_space.shape[0]
 
 

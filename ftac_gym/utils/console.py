@@ -118,7 +118,7 @@ def commit() -> str | None:
 
     code = (":(top)ftac_gym", ":(top)train", ":(top,exclude)ftac_gym/baselines/tuned_gains")
     if folder is None:
-        return None  # A repository around an installed package is someone else's.
+        return None  # A repository around an installed package has other code.
     try:
         return git("rev-parse", "HEAD") + ("-dirty" if git("status", "--porcelain", "--", *code) else "")
     except (OSError, subprocess.CalledProcessError):

@@ -153,7 +153,7 @@ def test_nothing_to_resume(tmp_path):
 
 
 def test_a_resumed_run_keeps_its_settings(resumed):
-    train = module_of("train")
+    train = module_of("training_run")
     folder, _ = resumed
     kept = train.resumed(train.Config(run_folder=folder, resume=True))
     assert kept.wrappers == () and kept.observation == "telemetry" and "n_steps=32" in kept.hyperparameters

@@ -80,7 +80,7 @@ def test_several_seeds(tmp_path):
         ({"torch_threads": 0}, r"--torch_threads must be a whole number within 1 and 1024, got 0"),
         ({"seed": -1}, r"--seed must be a whole number within 0 and"),
         ({"hold": 0}, r"--hold must be a positive integer, got 0"),
-        ({"scenario": "cao_2022"}, r"--scenario must have the observation space"),
+        ({"training_scenario": "cao_2022"}, r"--training-scenario must have the observation space"),
         ({"evaluation_seed": 12_000}, r"--evaluation_seed must not be of the frozen test episodes"),
         ({"seeds": 2, "resume": True}, r"--resume: no checkpoint under"),
     ],
@@ -113,16 +113,16 @@ def test_settings_of_a_run_have_their_types(changed, tmp_path):
 
 
 def test_a_resumed_run_has_its_threads(tmp_path, monkeypatch):
-    train = module_of("train")
+    train, run_module = module_of("train"), module_of("training_run")
     (tmp_path / "checkpoints" / "0000000512").mkdir(parents=True)
     (tmp_path / "config.json").write_text(json.dumps({"torch_threads": 7, "num_envs": 2}))
     threads = []
-    monkeypatch.setattr(train.torch, "set_num_threads", threads.append)
+    monkeypatch.setattr(run_module.torch, "set_num_threads", threads.append)
 
     def stop(_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(train, "hyperparameters_of", stop)
+    monkeypatch.setattr(run_module, "hyperparameters_of", stop)
     with pytest.raises(KeyboardInterrupt):
         train.main(train.Config(run_folder=tmp_path, resume=True))
     assert threads == [7]

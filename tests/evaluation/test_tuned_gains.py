@@ -10,8 +10,10 @@ from ftac_gym import baselines
 from ftac_gym.baselines import tuned
 from ftac_gym.baselines.controllers.pd import PD
 from ftac_gym.evaluation import rollout, tuning
+from ftac_gym.evaluation.entries import entries_of
 from ftac_gym.evaluation.tuning import store, tune
-from ftac_gym.policies import DeferredBaseline
+from ftac_gym.policies import DeferredBaseline, policy_label, resolve
+from ftac_gym.report.provenance import policy_name
 
 
 def test_stored_gains_are_data_with_their_provenance(tmp_path, monkeypatch):
@@ -60,7 +62,9 @@ def test_gains_that_are_not_there(tmp_path, monkeypatch):
     monkeypatch.setattr(tuned, "FOLDER", tmp_path)
     with pytest.raises(ValueError, match=r"gains must be tuned first: .*--baseline pd --store.*got 'pd'"):
         DeferredBaseline("pd", gains="tuned")
-    with pytest.raises(ValueError, match=r"gains must be one of \['default', 'tuned'\], got 'best'"):
+    with pytest.raises(
+        ValueError, match=r"gains must be one of \['default', 'tuned'\], or a file FILE\.json of ftac-tune, got 'best'"
+    ):
         DeferredBaseline("pd", gains="best")
     with pytest.raises(ValueError, match=r"gains must be .default. for a baseline not of this package.*tuned"):
         DeferredBaseline(PD, gains="tuned")
@@ -82,3 +86,23 @@ def test_damaged_gains_are_named_with_the_remedy(text, reason, tmp_path, monkeyp
     message = rf"pd\.json cannot be read: {reason}.*; tune it again: .*--baseline pd --store$"
     with pytest.raises(ValueError, match=message):
         DeferredBaseline("pd", "tuned")
+
+
+def test_gains_of_a_file_are_of_its_baseline(tmp_path):
+    path = tmp_path / "gains.json"
+    provenance = {"baseline": "pd", "scenario": "mine", "trials": 1}
+    path.write_text(json.dumps({"gains": {"rate_gain": 6.0}, "provenance": provenance}))
+    same = DeferredBaseline("pd", rate_gain=6.0).fingerprint
+    assert DeferredBaseline("pd", str(path)).fingerprint == same == resolve(f"pd {path}").fingerprint
+    assert policy_label(resolve(f"pd {path}")) == f"pd {path}"
+    assert resolve("pd", gains=str(path)).fingerprint == same
+    assert baselines.make("pd", TINY, gains=str(path)).gains.rate_gain == 6.0
+    entry = entries_of([f"pd {path}"], TINY)[0]
+    assert (entry.name, entry.gains, entry.provenance) == (f"pd {path}", "tuned", provenance)
+    assert policy_name(entry, 0) == f"pd {path}"
+    with pytest.raises(
+        ValueError, match=r"gains\.json cannot be read: .*must be 'pd_dob', got 'pd'; tune again: ftac-tune"
+    ):
+        DeferredBaseline("pd_dob", str(path))
+    with pytest.raises(ValueError, match=r"absent\.json cannot be read"):
+        resolve(f"pd {tmp_path / 'absent.json'}")
