@@ -130,5 +130,5 @@ def test_nothing_is_stored_in_an_installed_package(own, monkeypatch):
     assert console.commit() is None
     for name in ("tune", "synthesize"):
         program = module_of(name)
-        with pytest.raises(SystemExit, match="^--store writes into a checkout of the package; this one is installed"):
+        with pytest.raises(SystemExit, match=r"^--store writes into a checkout of the package; this one is installed"):
             program.main(program.Config(store=True))
