@@ -24,18 +24,28 @@ def run(heading, number=0):
     return names
 
 
-def flown(actions, first, seed, duration):
-    """Fly actions (T, N, wheels) on N single environments, which are reset at the end of an episode.
+def assert_flown(actions, stored, seed=0):
+    """Assert that stored arrays are those of the transitions that actions (T, N, wheels) lead to, and of no others.
 
-    The first episode is that which starts with the observation (size,) of ``first`` (N, size), for a library may have
-    taken some before. Returns arrays (T, N, ...) by name.
+    N single environments fly the actions once more, each reset at the end of an episode. Their first episode is that
+    which starts with the first stored observation, for a library may have taken some before. Returns what the actions
+    lead to, by name.
     """
-    flights = [_flown_by_one(actions[:, k], first[k], seed + k, duration) for k in range(actions.shape[1])]
-    return {name: np.stack([flight[name] for flight in flights], axis=1) for name in flights[0]}
+    actions = np.asarray(actions)
+    stored = {name: np.asarray(values) for name, values in stored.items()}
+    first = stored["observation"][0]
+    flights = [_flown(actions[:, k], first[k], seed + k) for k in range(actions.shape[1])]
+    expected = {name: np.stack([flight[name] for flight in flights], axis=1) for name in flights[0]}
+    for name, values in stored.items():
+        np.testing.assert_allclose(values.reshape(expected[name].shape), expected[name], atol=1e-5, err_msg=name)
+    expected["ended"] = expected["terminated"] | expected["truncated"]
+    assert expected["ended"].any(axis=0).all(), "every spacecraft must reach the end of an episode here"
+    assert actions.shape[1] == 1 or (expected["terminated"].any() and expected["truncated"].any())
+    return expected
 
 
-def _flown_by_one(actions, first, seed, duration, episodes=20):
-    env = gym.make(ID, duration=duration)
+def _flown(actions, first, seed, episodes=100):
+    env = gym.make(ID)
     observation, _ = env.reset(seed=seed)
     while not np.allclose(observation, first, atol=1e-6):
         episodes -= 1
@@ -50,16 +60,11 @@ def _flown_by_one(actions, first, seed, duration, episodes=20):
     return {name: np.array(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)}
 
 
-def assert_flown(actions, stored, duration, seed=0):
-    """Assert that stored arrays are those of the transitions that actions (T, N, wheels) lead to, and of no others.
-
-    Returns what the actions lead to, by name.
-    """
-    actions = np.asarray(actions)
-    stored = {name: np.asarray(values) for name, values in stored.items()}
-    expected = flown(actions, stored["observation"][0], seed, duration)
-    assert expected["truncated"].any(axis=0).all(), "every spacecraft must reach the end of an episode here"
-    for name, values in stored.items():
-        values = values.reshape(expected[name].shape)
-        np.testing.assert_allclose(values, expected[name], atol=1e-5, err_msg=name)
-    return expected
+def returns_and_lengths(rewards, ended):
+    """Return the return and the length of every ended episode from rewards (T, N) and ends (T, N), sorted."""
+    episodes = []
+    for spacecraft in range(ended.shape[1]):
+        stops = np.flatnonzero(ended[:, spacecraft]) + 1
+        parts = np.split(rewards[:, spacecraft], stops)[: len(stops)]
+        episodes += [(part.sum(), len(part)) for part in parts]
+    return np.array(sorted(episodes))

@@ -1,3 +1,4 @@
+import math
 from importlib.metadata import PackageNotFoundError, version
 
 import gymnasium as gym
@@ -8,17 +9,17 @@ import ftac_gym  # noqa: F401  registers the ids
 LIBRARIES = ["torch", "stable-baselines3", "sb3-contrib", "sbx-rl", "rl_zoo3", "torchrl", "skrl", "tianshou"]
 """Names of the packages on the page and of what they have in common."""
 
-DURATION = 2.0
-"""Length of an episode of the snippets under test [s]: 20 steps."""
-
 
 @pytest.fixture
-def duration(monkeypatch, tmp_path):
-    """Shorten the episodes of the id that the snippets use, and run them in a folder of their own."""
+def short_episodes(monkeypatch, tmp_path):
+    """Shorten the episodes of the id on the page to at most 20 steps, and run in a folder of the test.
+
+    Many start near the rate at which they end, so that the spacecraft of a vector environment end one by one.
+    """
     kwargs = gym.registry["SpacecraftFTC-v0"].kwargs
-    monkeypatch.setitem(kwargs, "duration", DURATION)
+    monkeypatch.setitem(kwargs, "duration", 2.0)
+    monkeypatch.setitem(kwargs, "tumble_rate", math.radians(0.8))
     monkeypatch.chdir(tmp_path)
-    return DURATION
 
 
 def pytest_report_header():

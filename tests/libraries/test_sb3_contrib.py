@@ -6,9 +6,9 @@ from helpers.library_pages import run
 from helpers.sb3_buffers import assert_replay_flown, assert_rollout_flown
 
 
-def test_tqc_on_a_single_environment_stores_true_transitions(duration):
-    assert_replay_flown(run("sb3-contrib", 0)["model"], duration)
+def test_tqc_on_a_single_environment_stores_true_transitions(short_episodes):
+    assert_replay_flown(run("sb3-contrib", 0)["model"])
 
 
-def test_recurrent_ppo_on_the_vector_environment_trains_on_true_transitions(duration):
-    assert_rollout_flown(run("sb3-contrib", 1)["model"], duration)
+def test_recurrent_ppo_on_the_vector_environment_trains_on_true_transitions(short_episodes):
+    assert_rollout_flown(run("sb3-contrib", 1)["model"])

@@ -7,5 +7,5 @@ from helpers.sb3_buffers import assert_rollout_flown
 
 
 @pytest.mark.parametrize("number", [0, 1], ids=["single", "vector"])
-def test_ppo_trains_on_true_transitions(duration, number):
-    assert_rollout_flown(run("Stable-Baselines3", number)["model"], duration)
+def test_ppo_trains_on_true_transitions(short_episodes, number):
+    assert_rollout_flown(run("Stable-Baselines3", number)["model"])
