@@ -79,8 +79,7 @@ def _algorithm(data: dict[str, Any]) -> type[BaseAlgorithm]:
             name = _ALGORITHMS.get(".".join(parts[:length]))
             if name is not None:
                 return getattr(import_module(parts[0]), name)
-    package, name = ("sb3_contrib", "TRPO") if "cg_max_steps" in data else ("stable_baselines3", "PPO")
-    return getattr(import_module(package), name)
+    return import_module("stable_baselines3").PPO
 
 
 def find_normalizer(path: Path) -> Path | None:

@@ -19,7 +19,7 @@ LOADERS: dict[str, Callable[..., Any]] = {"sb3": load_sb3, "onnx": load_onnx, "z
 """Prefixes of a path, ``"sb3:model.zip"`` for example. Those of files with pickles must be written: they run code."""
 
 _OF_OBJECTS = ("observation", "hold", "batched", "wrappers")
-"""Arguments of :class:`~ftac_gym.policies.ExternalPolicy` that a text can have."""
+"""Arguments of :class:`~ftac_gym.policies.external.ExternalPolicy` that a text can have."""
 
 _CALL = "()"
 

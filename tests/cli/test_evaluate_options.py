@@ -32,6 +32,10 @@ def no_gallery(monkeypatch):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
+        ({"policies": ("pd", "sb3:no.zip")}, r"--policies: sb3 must be the zip file of a model, got 'no\.zip'"),
+        ({"policies": ("pd", "helpers.user_policies:act speed=3")}, "--policies: arguments of .* must be among"),
+        ({"policies": ("pd", "helpers.user_policies:Short()")}, "--policies: helpers.user_policies:Short.*: action"),
+        ({"benchmark": True, "policies": ("onnx:no.onnx size=3",)}, "--benchmark: arguments of .* must be among"),
         ({"benchmark": True, "gains": "tuned"}, "--gains has no effect with --benchmark: "),
         ({"benchmark": True, "seed": 3}, "--seed has no effect with --benchmark: "),
         ({"benchmark": True, "detail": 0}, "--detail has no effect with --benchmark: "),
