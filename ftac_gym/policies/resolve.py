@@ -10,6 +10,7 @@ from ftac_gym.agents.shipped import SHIPPED, best_agent, designs
 from ftac_gym.baselines.registry import known_names
 from ftac_gym.policies.external import ExternalPolicy
 from ftac_gym.policies.policy import DeferredBaseline, Policy, named_gains
+from ftac_gym.policies.references import REFERENCES
 from ftac_gym.policies.text import external, is_external
 from ftac_gym.policies.torchrl import from_torchrl, is_tensordict_module
 from ftac_gym.utils.parameters import require
@@ -26,6 +27,7 @@ def resolve(policy: Any, scenario: str = "flagship", gains: str = "default") -> 
     policy
         One of
 
+        - ``"zero"`` or ``"random"``: no action, or a random one;
         - a baseline's name, ``"NAME tuned"`` for its tuned gains, or ``"NAME FILE.json"`` for those that ``ftac-tune``
           wrote;
         - a subclass of :class:`~ftac_gym.baselines.Baseline`, or its path as ``"module:Class"``;
@@ -53,6 +55,8 @@ def resolve(policy: Any, scenario: str = "flagship", gains: str = "default") -> 
     MissingExtra
         If the library of a model is not installed; the message has the command that installs it.
     """
+    if isinstance(policy, str) and policy in REFERENCES:
+        return REFERENCES[policy]()
     if isinstance(policy, str) and is_external(policy):
         found = external(policy)
         # The path of a class, not the class, tells other processes and results apart.

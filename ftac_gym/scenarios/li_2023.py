@@ -22,7 +22,7 @@ import math
 
 from ftac_gym.faults import Bias, FaultSchedule
 from ftac_gym.spacecraft import FlexibleAppendages, Spacecraft, WheelArray, three_orthogonal
-from ftac_gym.task import Disturbance, Harmonic, InitialState, Scenario, SetPoints
+from ftac_gym.task import Disturbance, Harmonic, InitialState, RewardWeights, Scenario, SetPoints
 
 WEAK = 0.2
 """Scale of the faults in the example with weak faults."""
@@ -92,6 +92,8 @@ def li_2023() -> Scenario:
         control_period=0.05,
         physics_step=0.01,
         duration=200.0,
+        # A slow spacecraft: at 0.1 rad/s it already spins.
+        reward=RewardWeights(rate_scale=0.1),
     )
 
 
