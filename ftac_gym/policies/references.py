@@ -18,7 +18,7 @@ class ZeroPolicy:
 
     def attach(self, env: SpacecraftFTCVectorEnv) -> VectorEnv[Any, Any, Any]:
         """Return the environment unchanged."""
-        self._shape = env.action_space.shape
+        self._shape = env.num_envs, env.scenario.spacecraft.wheels.count
         return env
 
     def predict(
@@ -46,7 +46,7 @@ class RandomPolicy:
 
     def attach(self, env: SpacecraftFTCVectorEnv) -> VectorEnv[Any, Any, Any]:
         """Return the environment unchanged."""
-        self._shape = env.action_space.shape
+        self._shape = env.num_envs, env.scenario.spacecraft.wheels.count
         self._random = np.random.default_rng(self._seed)
         return env
 
