@@ -17,7 +17,7 @@ from ftac_gym.utils.serialization import to_plain
 
 FLAGSHIP = scenarios.get("flagship")
 OUTAGE = Outage(wheel=0, onset=5.0)
-REWARD = dataclasses.replace(FLAGSHIP.reward, effort=0.5)
+REWARD = dataclasses.replace(FLAGSHIP.reward, effort=0.0)
 
 
 def test_a_dict_changes_the_fields_of_the_part_that_is_there():
@@ -71,7 +71,7 @@ def test_several_faults_as_text():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"reward": {"beauty": 1.0}}, r"reward: RewardWeights has no field 'beauty'; its fields are \['effort'"),
+        ({"reward": {"beauty": 1.0}}, r"reward: RewardWeights has no field 'beauty'; its fields are .*'effort'"),
         ({"reward": {"effort": -1.0}}, "reward.effort must not be negative"),
         ({"reward": {"type": "Outage"}}, "reward must describe a RewardWeights, got 'Outage'"),
         ({"spacecraft": {"wheels": {"torque": 0.1}}}, "spacecraft.wheels: WheelArray has no field 'torque'"),
