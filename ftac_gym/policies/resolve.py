@@ -109,7 +109,7 @@ def agent_path(name: str | Path, scenario: str = "flagship") -> Path | None:
     if baselines.is_baseline(named_gains(text)[0]):
         return None
     rule = f"must be {AGENT!r}, a shipped agent ({', '.join(shipped)}), {known_names(text)}, "
-    rule += "gains like 'nftsm tuned' or 'nftsm FILE.json', 'module:name', 'sb3:PATH', 'zoo:PATH', 'onnx:PATH', "
+    rule += "'nftsm tuned', 'nftsm FILE.json', 'module:name', 'sb3:PATH', 'zoo:PATH', 'onnx:PATH', "
     rule += "or the path of an agent"
     require(os.path.exists(text), "policy", rule, text)
     return Path(text)

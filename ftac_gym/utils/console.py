@@ -3,6 +3,7 @@
 import dataclasses
 import shlex
 import subprocess
+import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -35,7 +36,7 @@ def run_program(main: Callable[[Config], None], config: type[Config], descriptio
         Help text.
     """
     with one_line_ends():
-        main(tyro.cli(config, description=description))
+        main(tyro.cli(config, prog=Path(sys.argv[0]).name, description=description))
 
 
 @contextmanager

@@ -1,6 +1,8 @@
 """Installations of the package that lack what an extra brings, without a download."""
 
 import re
+import subprocess
+import sys
 from importlib import metadata
 from pathlib import Path
 
@@ -31,3 +33,11 @@ def link_packages(names, folder):
             if not target.exists():
                 target.symlink_to(distribution.locate_file(top))
     return folder
+
+
+def build(source, folder):
+    """Build wheel and source archive of a source tree into a folder, and return their paths."""
+    command = [sys.executable, "-m", "hatchling", "build", "-d", str(folder), "-t", "sdist", "-t", "wheel"]
+    subprocess.run(command, cwd=source, check=True, capture_output=True)
+    (wheel,), (archive,) = folder.glob("*.whl"), folder.glob("*.tar.gz")
+    return wheel, archive
