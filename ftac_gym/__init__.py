@@ -117,23 +117,24 @@ _PACKAGES = ("task", "spacecraft", "faults", "dynamics", "envs")
 """Packages that the other public names are imported from, the compiled ones last."""
 
 _IDS = {
-    "SpacecraftFTCEasy-v0": "easy",
-    "SpacecraftFTC-v0": "flagship",
-    "SpacecraftFTCTracking-v0": "flagship_tracking",
-    "SpacecraftFTCFlexible-v0": "flexible",
-    "SpacecraftFTCZhangZhou2019-v0": "zhang_zhou_2019",
-    "SpacecraftFTCCao2022-v0": "cao_2022",
-    "SpacecraftFTCLi2023-v0": "li_2023",
-    "SpacecraftFTCMa2023-v0": "ma_2023_faulty",
-    "SpacecraftFTCChen2018-v0": "chen_2018",
+    "SpacecraftFTCEasy-v0": ("easy", 1300.0),
+    "SpacecraftFTC-v0": ("flagship", 1800.0),
+    "SpacecraftFTCTracking-v0": ("flagship_tracking", 1900.0),
+    "SpacecraftFTCFlexible-v0": ("flexible", 1700.0),
+    "SpacecraftFTCZhangZhou2019-v0": ("zhang_zhou_2019", 220.0),
+    "SpacecraftFTCCao2022-v0": ("cao_2022", 7000.0),
+    "SpacecraftFTCLi2023-v0": ("li_2023", 6600.0),
+    "SpacecraftFTCMa2023-v0": ("ma_2023_faulty", 9500.0),
+    "SpacecraftFTCChen2018-v0": ("chen_2018", 11000.0),
 }
-"""Environment ids with their scenarios."""
+"""Environment ids with their scenarios and reward thresholds: those of ``docs/environments/returns.md``."""
 
-for _id, _scenario in _IDS.items():
+for _id, (_scenario, _threshold) in _IDS.items():
     gym.register(
         id=_id,
         entry_point="ftac_gym.envs:SpacecraftFTCEnv",
         vector_entry_point="ftac_gym.envs:SpacecraftFTCVectorEnv",
+        reward_threshold=_threshold,
         kwargs={"default_scenario": _scenario},
     )
 

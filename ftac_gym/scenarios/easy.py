@@ -5,7 +5,7 @@ uncertain inertia are the flagship's. The cone and the rate limit of success are
 """
 
 from ftac_gym.scenarios.flagship import DEGREE, flagship
-from ftac_gym.task import InitialState, Scenario, SuccessCriterion
+from ftac_gym.task import InitialState, RewardWeights, Scenario, SuccessCriterion
 
 
 def easy() -> Scenario:
@@ -15,5 +15,7 @@ def easy() -> Scenario:
         initial_state=InitialState(angle=(0.0, 20.0 * DEGREE), max_rate=1.0 * DEGREE, wheel_momentum=(-1.0, 1.0)),
         faults=None,
         duration=60.0,
+        # Near the target zero action earns much: a larger bonus tells it from skill.
+        reward=RewardWeights(on_target=1.5),
         success=SuccessCriterion(angle=1.0 * DEGREE, rate=0.2 * DEGREE, hold=20.0),
     )

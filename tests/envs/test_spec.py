@@ -1,6 +1,9 @@
 """The specification of an environment, and typed access to it."""
 
+import csv
+import math
 import typing
+from pathlib import Path
 
 import gymnasium as gym
 import pytest
@@ -9,6 +12,7 @@ from gymnasium.envs.registration import EnvSpec
 import ftac_gym
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
 
+RETURNS = Path(__file__).parents[2] / "docs" / "environments" / "returns.csv"
 IDS = tuple(name for name in gym.registry if name.startswith("SpacecraftFTC"))
 
 
@@ -19,6 +23,18 @@ def test_a_spec_has_the_length_of_an_episode(environment_id):
     assert env.spec.max_episode_steps == envs.spec.max_episode_steps == horizon
     assert gym.spec(environment_id).max_episode_steps is None, "it would end longer episodes"
     assert gym.make(EnvSpec.from_json(env.spec.to_json())).spec.max_episode_steps == horizon
+
+
+@pytest.mark.parametrize("environment_id", IDS)
+def test_the_reward_threshold_is_that_of_the_table_of_returns(environment_id):
+    """The best baseline's mean return, less 5 %, rounded down to two digits."""
+    with RETURNS.open(encoding="utf-8") as file:
+        rows = [row for row in csv.DictReader(file) if row["id"] == environment_id]
+    (best,) = [0.95 * float(row["mean"]) for row in rows if row["role"] == "best baseline"]
+    digit = 10.0 ** (math.floor(math.log10(best)) - 1)
+    assert gym.spec(environment_id).reward_threshold == pytest.approx(math.floor(best / digit) * digit)
+    assert gym.make(environment_id).spec.reward_threshold == gym.spec(environment_id).reward_threshold
+    assert {row["role"] for row in rows} >= {"zero", "random", "pd"}
 
 
 def test_the_length_follows_the_duration():
