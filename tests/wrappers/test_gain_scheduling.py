@@ -5,6 +5,7 @@ import itertools
 import gymnasium as gym
 import numpy as np
 import pytest
+from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode
 
 from ftac_gym import baselines, scenarios
@@ -41,7 +42,7 @@ def test_zero_is_the_base_in_a_single_environment(name, gains):
         np.testing.assert_array_equal(result[0], expected[0])
         action, _ = policy.predict(expected[0])
         result, expected = env.step(zero), plain.step(action)
-        assert result[1:] == expected[1:]
+        assert data_equivalence(result[1:], expected[1:])
         if expected[2] or expected[3]:
             ends += 1
             result, expected = env.reset(), plain.reset()
