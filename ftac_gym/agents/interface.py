@@ -10,7 +10,7 @@ from ftac_gym import baselines, wrappers
 from ftac_gym.agents.arguments import check_arguments
 from ftac_gym.baselines import observers
 from ftac_gym.envs.observation import TIERS
-from ftac_gym.utils.parameters import require
+from ftac_gym.utils.parameters import require, whole
 
 WRAPPERS = ("FaultEstimateObservation", "GainScheduling", "ObservationHistory", "ResidualPolicy")
 """Wrappers of which an interface can consist."""
@@ -55,7 +55,7 @@ class Interface:
 
     def __post_init__(self) -> None:
         """Check the wrappers, which are lists if they come from a file."""
-        written = tuple((name, dict(arguments)) for name, arguments in self.wrappers)
+        written = wrapper_pairs(self.wrappers)
         object.__setattr__(self, "wrappers", written)
         for name, arguments in written:
             require(name in WRAPPERS, "wrappers", f"must be among {list(WRAPPERS)}", name)
@@ -111,6 +111,17 @@ class Interface:
         return wrappers.FaultEstimateObservation(env, "truth") if self.critic_sees_faults else env
 
 
+def wrapper_pairs(items: object) -> Wrappers:
+    """Return wrappers as pairs of a name and arguments, in new dictionaries; raises ValueError for other data."""
+    rule = "must be a list of pairs of a name and a table of arguments"
+    require(isinstance(items, (list, tuple)), "wrappers", rule, items)
+    assert isinstance(items, (list, tuple))
+    for item in items:
+        pair = isinstance(item, (list, tuple)) and len(item) == 2
+        require(pair and isinstance(item[0], str) and isinstance(item[1], Mapping), "wrappers", rule, items)
+    return tuple((name, dict(arguments)) for name, arguments in items)
+
+
 def base_of(wrapper: str, arguments: Mapping[str, Any]) -> str | None:
     """Return the base on which an agent acts through a wrapper with these arguments; None if it has none."""
     return arguments.get("base", "pd_dob") if wrapper in ON_BASE else None
@@ -125,11 +136,17 @@ def wrappers_from_yaml(items: Sequence[Any] | Mapping[str, Any] | str) -> tuple[
         If a wrapper cannot be part of an agent's interface, or is outside of an action hold.
     """
     wrappers, hold = [], 1
-    for item in [items] if isinstance(items, str | Mapping) else items:
-        name, arguments = next(iter(item.items())) if isinstance(item, Mapping) else (item, {})
+    form = "must be a name, or a list of names and of tables NAME: {ARGUMENT: VALUE}"
+    entries = [items] if isinstance(items, str | Mapping) else items
+    require(isinstance(entries, (list, tuple)), "env_wrapper", form, items)
+    for item in entries:
+        table = item if isinstance(item, Mapping) else {item: {}} if isinstance(item, str) else {}
+        valid = len(table) == 1 and all(isinstance(value, Mapping) for value in table.values())
+        require(valid, "env_wrapper", form, item)
+        name, arguments = next(iter(table.items()))
         name = str(name).removeprefix(_PREFIX)
         if name == "ActionHold":
-            hold *= arguments["steps"]
+            hold *= whole(arguments.get("steps"), 1, "env_wrapper: steps of ActionHold")
             continue
         rule = f"must be among {[*WRAPPERS, 'ActionHold']} of ftac_gym.wrappers"
         require(name in WRAPPERS, "env_wrapper", rule, name)

@@ -115,7 +115,8 @@ class Reward:
         if self._vibration > 0.0 and simulator.scenario.spacecraft.modes:
             moving = rows[simulator.ticks[rows] > 0]
             ratio = simulator.modal_energy[moving] / self._vibration_scale
-            terms[_VIBRATION, moving] = -self._vibration * terms[0, moving] * (ratio / (1.0 + ratio))
+            cost = self._vibration * terms[0, moving] * (ratio / (1.0 + ratio))
+            terms[_VIBRATION, moving] = -np.minimum(cost, total(terms[:_VIBRATION, moving]))
         return terms, tumbling
 
     @property
@@ -182,9 +183,12 @@ def _reward(
             # Both potentials leave out the part that cancels for a discount of one.
             ahead = -math.pi if tumbling[i] else discount * (math.pi - theta) - math.pi
             terms[0, i] = pointing
-            terms[1, i] = -weights[1] * pointing * effort
-            terms[2, i] = -weights[2] * pointing * (0.25 * change)
-            terms[3, i] = -weights[3] * pointing * (ratio / (1.0 + ratio))
+            # No cost is more than what the terms before it leave: rounding must not make a step negative.
+            left = pointing
+            for term, share in ((1, effort), (2, 0.25 * change), (3, ratio / (1.0 + ratio))):
+                cost = min(weights[term] * pointing * share, left)
+                terms[term, i] = -cost
+                left -= cost
             terms[5, i] = weights[5] if good else 0.0
             terms[6, i] = weights[6] * (ahead + attitude_error[i])
         attitude_error[i] = theta

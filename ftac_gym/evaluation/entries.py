@@ -12,8 +12,7 @@ from ftac_gym.agents.storage import read_card
 from ftac_gym.baselines import tuned
 from ftac_gym.policies import TUNED, DeferredBaseline, Policy, PolicyRunner, check_task, policy_label, resolve
 from ftac_gym.policies.policy import named_gains
-from ftac_gym.policies.resolve import agent_path
-from ftac_gym.policies.text import is_external
+from ftac_gym.policies.resolve import agent_path, is_unshipped
 from ftac_gym.scenarios import SPLITS
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import fields_named, require
@@ -98,7 +97,7 @@ def entries_of(names: Sequence[Any] | Mapping[str, Any], scenario: Scenario) -> 
 
 
 def _entry(item: Any, scenario: Scenario) -> Entry:
-    if isinstance(item, (str, Path)) and not is_external(str(item)):
+    if isinstance(item, (str, Path)) and not is_unshipped(item):
         with fields_named(policy=f"policies (beside {ALL!r})"):
             path = agent_path(item, scenario.name)
         return _baseline(item, scenario) if path is None else _agent(path)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import VectorEnv
 
-from ftac_gym.agents.interface import Interface
+from ftac_gym.agents.interface import Interface, wrapper_pairs
 from ftac_gym.agents.normalizer import Normalizer
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.utils.parameters import broken, flag, require
@@ -66,7 +66,7 @@ class ExternalPolicy:
         batched: bool = False,
     ) -> None:
         tier = getattr(source, "tier", "attitude") if observation is None else observation
-        self.interface = Interface(tier, tuple(wrappers), hold)
+        self.interface = Interface(tier, wrapper_pairs(wrappers), hold)
         standard = normalizer is None or isinstance(normalizer, Normalizer)
         require(standard, "normalizer", "must be a Normalizer or None: Normalizer.of(vec_normalize)", normalizer)
         self.normalizer = normalizer
@@ -113,10 +113,10 @@ class ExternalPolicy:
         def decide(memory: Any) -> tuple[Any, Any]:
             given = observation if self.normalizer is None else self.normalizer.normalize(observation)
             if self._standard:
-                actions, after = self.source.predict(
-                    given, state=memory, episode_start=start, deterministic=deterministic
-                )
-                return actions, after
+                answer = self.source.predict(given, state=memory, episode_start=start, deterministic=deterministic)
+                pair = isinstance(answer, tuple) and len(answer) == 2
+                require(pair, "policy", "must return actions and state from predict", answer)
+                return answer
             act = getattr(self.source, "predict", self.source)
             if self._batched:
                 return _action(act(given)), None
@@ -127,7 +127,8 @@ class ExternalPolicy:
 
 def _action(answer: Any) -> npt.NDArray[Any]:
     """Return the action of an answer, which may be an action, or an action and a state that is not needed."""
-    return np.asarray(answer[0] if isinstance(answer, tuple) else answer)
+    stated = isinstance(answer, tuple) and len(answer) > 0 and np.ndim(answer[0]) > 0
+    return np.asarray(answer[0] if stated else answer)
 
 
 def _checked(source: Any) -> bool:

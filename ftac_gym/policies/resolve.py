@@ -83,6 +83,11 @@ def resolve(policy: Any, scenario: str = "flagship", gains: str = "default") -> 
     return ExternalPolicy(policy)
 
 
+def is_unshipped(name: object) -> bool:
+    """Tell whether a text names a policy that is neither a baseline nor an agent: no path and no name of a file."""
+    return isinstance(name, str) and (name in REFERENCES or is_external(name))
+
+
 def agent_path(name: str | Path, scenario: str = "flagship") -> Path | None:
     """Return the folder or file of the agent that a user names, or None for a baseline.
 

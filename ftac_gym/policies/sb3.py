@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ftac_gym.agents.agent import Agent
-from ftac_gym.agents.interface import Interface
+from ftac_gym.agents.interface import Interface, wrapper_pairs
 from ftac_gym.agents.pickles import find_normalizer, load_model, load_normalizer
 from ftac_gym.utils.parameters import require
 
@@ -46,10 +46,12 @@ def load_sb3(
         If the library of the model is not installed; the message has the command that installs it.
     """
     given = Path(path)
-    file = given if given.is_file() else given.with_name(f"{given.name}.zip")
+    file = given if given.is_file() else Path(f"{given}.zip")
     require(file.is_file(), "sb3", "must be the zip file of a model", str(path))
-    interface = Interface(observation, tuple(wrappers), hold)
+    interface = Interface(observation, wrapper_pairs(wrappers), hold)
     model = load_model(file)
+    valid = normalizer is None or isinstance(normalizer, (str, Path))
+    require(valid, "normalizer", "must be a file or None", normalizer)
     statistics = find_normalizer(file) if normalizer is None else Path(normalizer)
     require(statistics is None or statistics.is_file(), "normalizer", "must be a file", str(statistics))
     return Agent(model.policy, None if statistics is None else load_normalizer(statistics), interface)

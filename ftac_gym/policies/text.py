@@ -12,7 +12,7 @@ from ftac_gym.policies.external import ExternalPolicy
 from ftac_gym.policies.onnx import load_onnx
 from ftac_gym.policies.sb3 import load_sb3
 from ftac_gym.policies.zoo import load_zoo
-from ftac_gym.utils.importing import imported, is_path
+from ftac_gym.utils.importing import called, imported, is_path
 from ftac_gym.utils.parameters import require
 
 LOADERS: dict[str, Callable[..., Any]] = {"sb3": load_sb3, "onnx": load_onnx, "zoo": load_zoo}
@@ -66,7 +66,7 @@ def external(text: str) -> Any:
     require(found is not None, "policy", "must be defined in its module", head)
     if head.endswith(_CALL):
         require(callable(found), "policy", "must be a function or a class where () follows", head)
-        found = found()
+        found = called(found, head, "policy")
     require(not isinstance(found, str), "policy", "must not be text", head)
     if not arguments:
         return found

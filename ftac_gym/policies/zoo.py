@@ -17,7 +17,7 @@ from ftac_gym.agents.pickles import load_model, load_normalizer
 from ftac_gym.envs import SpacecraftFTCEnv
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.extras import require_extra
-from ftac_gym.utils.files import reading
+from ftac_gym.utils.files import reading, reason_of
 from ftac_gym.utils.parameters import flag, require
 
 MODELS = ("last", "best")
@@ -101,7 +101,8 @@ def load_zoo(folder: str | Path, model: str = "last", transfer: bool = False) ->
     arguments, hyperparameters = (_read_yaml(settings / name) for name in ("args.yml", "config.yml"))
     for name in _UNSUPPORTED:
         require(hyperparameters.get(name) is None, f"zoo: {name}", "must be absent", hyperparameters.get(name))
-    given = dict(arguments.get("env_kwargs") or hyperparameters.get("env_kwargs") or {})
+    given = arguments.get("env_kwargs") or hyperparameters.get("env_kwargs") or {}
+    require(isinstance(given, Mapping), "zoo: env_kwargs", "must be a table", given)
     changes = {name: value for name, value in given.items() if name not in _OF_DISPLAY}
     tier = changes.pop("observation", "attitude")
     wrappers, hold = wrappers_from_yaml(hyperparameters.get("env_wrapper") or [])
@@ -110,9 +111,8 @@ def load_zoo(folder: str | Path, model: str = "last", transfer: bool = False) ->
     require(file.is_file(), f"{model} model", "must be in the folder: the training was interrupted", str(file))
     statistics = settings / "vecnormalize.pkl"
     normalized = bool(hyperparameters.get("normalize"))
-    require(
-        statistics.is_file() or not normalized, "zoo", "must have vecnormalize.pkl: its training normalised", folder
-    )
+    complete = statistics.is_file() or not normalized
+    require(complete, "zoo", "must have vecnormalize.pkl: its training normalised", str(folder))
     return ZooAgent(
         load_model(file).policy,
         load_normalizer(statistics) if statistics.is_file() else None,
@@ -126,7 +126,10 @@ def load_zoo(folder: str | Path, model: str = "last", transfer: bool = False) ->
 
 def _task(env_id: str, changes: Mapping[str, Any]) -> Scenario:
     """Return the scenario of an environment id with changes."""
-    env = gym.make(env_id, **changes).unwrapped
+    try:
+        env = gym.make(env_id, **changes).unwrapped
+    except (gym.error.Error, ImportError, TypeError) as error:
+        raise ValueError(f"zoo: {env_id}: {reason_of(error)}") from error
     require(isinstance(env, SpacecraftFTCEnv), "env", "must be of this package", env_id)
     assert isinstance(env, SpacecraftFTCEnv)
     return env.scenario

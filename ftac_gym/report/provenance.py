@@ -10,7 +10,7 @@ from typing import Any
 from ftac_gym import baselines
 from ftac_gym.evaluation.entries import Entry
 from ftac_gym.policies import DeferredBaseline, policy_label
-from ftac_gym.policies.text import is_external
+from ftac_gym.policies.resolve import is_unshipped
 from ftac_gym.report.cells import UNKNOWN, Cell
 
 
@@ -27,7 +27,7 @@ def policy_name(entry: Entry, seed: int) -> str | None:
         return policy_label(entry.policies[0])
     if not isinstance(entry.policies[seed], (str, Path)):
         return None
-    if is_external(str(entry.policies[seed])):
+    if is_unshipped(entry.policies[seed]):
         return str(entry.policies[seed])
     path = Path(entry.policies[seed]).absolute()
     return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)

@@ -10,7 +10,7 @@ from typing import Any
 from ftac_gym.scenarios import library
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.files import reason_of
-from ftac_gym.utils.importing import imported, is_path
+from ftac_gym.utils.importing import called, imported, is_path
 from ftac_gym.utils.parameters import broken, require
 
 ScenarioLike = Scenario | Mapping[str, Any] | str | os.PathLike[str]
@@ -68,7 +68,7 @@ def _read(path: Path) -> Scenario:
 
 def _returned(path: str) -> Scenario:
     found = imported(path, "scenario")
-    scenario = found() if callable(found) else found
+    scenario = called(found, path, "scenario") if callable(found) else found
     if not isinstance(scenario, Scenario):
         raise broken("scenario", f"must be what the function {path!r} returns", scenario)
     return scenario

@@ -57,7 +57,8 @@ def check_numbers(scenario: Scenario) -> None:
             scales[f"spacecraft.wheels.friction[{index}].breakaway_speed"] = friction.breakaway_speed
     if (appendages := scenario.spacecraft.appendages) is not None:
         scales["spacecraft.appendages.frequencies"] = np.array(appendages.frequencies)
-    scales["success.angle"], scales["success.rate"] = scenario.success.angle, scenario.success.rate
+    for part, names in (("success", ("angle", "rate")), ("reward", ("rate_scale", "vibration_scale"))):
+        scales |= {f"{part}.{name}": getattr(getattr(scenario, part), name) for name in names}
     for path, fault in _faults(scenario):
         if isinstance(fault, Bias):
             torque = float(fault.largest_torque(scenario.duration, wheels.torque_limits)[0])

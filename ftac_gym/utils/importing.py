@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from importlib import import_module, invalidate_caches
+from inspect import Parameter, signature
 from typing import Any
+
+from ftac_gym.utils.parameters import broken
 
 
 def is_path(text: str) -> bool:
@@ -44,6 +47,36 @@ def imported(path: str, what: str) -> Any:
             raise  # The module exists, and imports another that does not.
         rule = f"must be in a module that can be imported; there is no {error.name!r} in this folder or on PYTHONPATH"
         raise ValueError(f"{what} {rule}, got {path!r}") from None
+
+
+def called(function: Callable[..., Any], path: str, what: str) -> Any:
+    """Return what a function or class of a user's module returns without arguments.
+
+    Parameters
+    ----------
+    function
+        The function.
+    path
+        Its path.
+    what
+        Name of the argument that holds the path, for the message.
+
+    Raises
+    ------
+    ValueError
+        If it needs arguments. An error inside the function is its own.
+    """
+    parameters: list[Parameter] = []
+    with suppress(ValueError):  # Some built-in functions have none.
+        parameters = list(signature(function).parameters.values())
+    needed = [
+        item.name
+        for item in parameters
+        if item.default is item.empty and item.kind not in (item.VAR_POSITIONAL, item.VAR_KEYWORD)
+    ]
+    if needed:
+        raise broken(what, f"must be a function without arguments (this has {', '.join(needed)})", path)
+    return function()
 
 
 @contextmanager

@@ -168,6 +168,21 @@ def test_no_step_is_negative(name):
     assert least >= 0.0
 
 
+@pytest.mark.parametrize("vibration", [0.0, 0.2])
+def test_rounding_makes_no_step_negative(vibration):
+    """Costs that are all at their bounds leave nothing, and not less."""
+    weights = RewardWeights(
+        effort=0.7, smoothness=0.1, rate=0.2 - vibration, vibration=vibration, on_target=0.0, rate_scale=1e-14,
+        vibration_scale=1e-14,
+    )  # fmt: skip
+    start = InitialState(modal_rate=(3.0,) * 4)
+    env = SpacecraftFTCVectorEnv(64, scenario="flexible", reward=weights, tumble_rate=None, initial_state=start)
+    env.reset(seed=3)
+    rewards = np.array([env.step(np.full((64, 4), (-1.0) ** step))[1] for step in range(60)])
+    assert rewards.min() >= 0.0
+    assert rewards[1:].max() < 1e-7
+
+
 def test_a_tumble_ends_the_episode_and_its_potential_is_zero():
     env = SpacecraftFTCEnv(
         tumble_rate=0.02, initial_state=InitialState.fixed(rate=(0.0, 0.03, 0.0)), reward=WEIGHTS, **QUIET

@@ -8,6 +8,7 @@ from helpers.untrained_agents import write_agent
 from ftac_gym import baselines, scenarios
 from ftac_gym.agents.interface import Interface
 from ftac_gym.evaluation.benchmark import entries_of
+from ftac_gym.report.provenance import policy_name
 
 
 def test_every_baseline_that_fits():
@@ -31,6 +32,13 @@ def test_a_baseline_with_commands_that_are_not_finite_is_left_out_of_all(monkeyp
     monkeypatch.setattr(law, "act", lambda self, measurement: np.full((len(measurement), 4), np.nan))
     found = {entry.name for entry in entries_of(["all"], FLAGSHIP)}
     assert "pd" in found and "pd_shaped" not in found
+
+
+@pytest.mark.parametrize("name", ["zero", "random"])
+def test_policies_without_skill_are_entries_that_the_report_names(name):
+    (entry,) = entries_of([name], FLAGSHIP)
+    assert (entry.name, entry.policies, entry.tier) == (name, (name,), "attitude")
+    assert policy_name(entry, 0) == name
 
 
 def test_names_are_taken_once_and_in_order():

@@ -90,6 +90,22 @@ def test_an_error_names_policy_and_episode():
         evaluate(SHORT, failing, EPISODES)
 
 
+def test_a_tuple_of_numbers_is_an_action():
+    expected = rollout(SHORT, lambda observation: np.array([0.1, 0.2, 0.3, 0.4]), EPISODES)
+    found = rollout(SHORT, lambda observation: (0.1, 0.2, 0.3, 0.4), EPISODES)
+    np.testing.assert_array_equal(found.command, expected.command)
+
+
+def test_predict_with_a_state_must_return_one():
+    class Stateless(Standard):
+        def predict(self, observation, state=None, episode_start=None, deterministic=True):
+            return super().predict(observation, state, episode_start, deterministic)[0]
+
+    # Of two spacecraft, the actions alone could be taken for actions and a state.
+    with pytest.raises(ValueError, match="policy must return actions and state from predict"):
+        rollout(SHORT, Stateless(), EPISODES[:2])
+
+
 def test_known_spaces_must_fit():
     class Sized(Standard):
         observation_space = spaces.Box(-1.0, 1.0, (9,))

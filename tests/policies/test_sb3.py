@@ -79,6 +79,12 @@ def test_a_missing_library_is_named_with_its_installation(tmp_path, monkeypatch)
         load_sb3(tmp_path / "model.zip")
 
 
+def test_a_normaliser_that_is_no_path_is_refused(tmp_path):
+    sb3.PPO("MlpPolicy", make(), **small()).save(tmp_path / "model")
+    with pytest.raises(ValueError, match="normalizer must be a file or None, got 3"):
+        load_sb3(tmp_path / "model", normalizer=3)
+
+
 def test_a_model_of_another_tier_is_refused(tmp_path):
     sb3.PPO("MlpPolicy", make("telemetry"), n_steps=32, batch_size=32, **small()).save(tmp_path / "model.zip")
     with pytest.raises(ValueError, match="agent must have been trained on observations of 22 entries"):

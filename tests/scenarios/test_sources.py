@@ -21,6 +21,7 @@ def build():
     return scenarios.get("cao_2022").replace(name="own", duration=0.2)
 SCENARIO = build()
 NUMBER = 3
+def sized(width): return SCENARIO
 """
 
 
@@ -82,6 +83,10 @@ def test_a_name_of_the_package_stays_a_name_in_the_specification():
         ("no_such_module:build", "scenario must be in a module that can be imported; there is no 'no_such_module'"),
         ("own_scenarios_here:absent", "must be what the function 'own_scenarios_here:absent' returns, got None"),
         ("own_scenarios_here:NUMBER", "must be what the function 'own_scenarios_here:NUMBER' returns, got 3"),
+        (
+            "own_scenarios_here:sized",
+            r"scenario must be a function without arguments \(this has width\), got 'own_scenarios_here:sized'",
+        ),
         (3, "scenario must be a name, a file FILE.json, .* got 3"),
         (None, "scenario must be a name, .* got None"),
     ],

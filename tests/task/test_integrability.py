@@ -153,6 +153,8 @@ BENDING = {
             r"physics_step must be at most .* the rate could reach .* \(.*start",
         ),
         ({"reward": RewardWeights(on_target=1e300)}, r"reward.on_target must be within 1e\+12 of zero"),
+        ({"reward": RewardWeights(rate_scale=1e-200)}, "reward.rate_scale must be at least 1e-15, got 1e-200"),
+        ({"reward": RewardWeights(vibration_scale=1e-320)}, "reward.vibration_scale must be at least 1e-15"),
         ({"success": SuccessCriterion(angle=1e-300)}, "success.angle must be at least 1e-15"),
     ],
 )  # fmt: skip
