@@ -4,15 +4,21 @@ from pathlib import Path
 
 from ftac_gym import scenarios
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.console import exit_on
 from ftac_gym.utils.importing import is_path
-from ftac_gym.utils.parameters import fields_named, require
+from ftac_gym.utils.parameters import require
 
 
 def scenario_of(text: str, option: str = "scenario") -> Scenario:
     """Return a scenario by NAME, FILE.json or module:function; end the program with a line if there is none."""
-    with exit_on(ValueError), fields_named(scenario=option):
+    try:
         return scenarios.resolve(text)
+    except ValueError as error:
+        message = " ".join(str(error).split())
+        if message.startswith("scenario "):
+            raise SystemExit(f"--{option}{message.removeprefix('scenario')}") from None
+        # A part that an own function builds does not know of the function.
+        place = "" if message.startswith(text) else f" {text}"
+        raise SystemExit(f"--{option}{place}: {message}") from None
 
 
 def short_name(text: str) -> str:

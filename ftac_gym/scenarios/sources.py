@@ -68,7 +68,8 @@ def _read(path: Path) -> Scenario:
 
 def _returned(path: str) -> Scenario:
     found = imported(path, "scenario")
+    require(found is not None, "scenario", "must be defined in its module", path)
     scenario = called(found, path, "scenario") if callable(found) else found
     if not isinstance(scenario, Scenario):
-        raise broken("scenario", f"must be what the function {path!r} returns", scenario)
+        raise broken(f"scenario from {path!r}", "must be a Scenario", scenario)
     return scenario

@@ -139,7 +139,8 @@ class InitialState:
                 require(len(values) == modes, name, f"must have {modes} entries, one per mode", len(values))
         most = self.largest_momentum(wheels)
         within = bool(np.all(most <= momentum_limits))
-        require(within, "wheel_momentum", f"must stay within the limits {momentum_limits.tolist()}", most.tolist())
+        field = "wheel_momentum" if self.fixed_wheel_momentum is None else "fixed_wheel_momentum"
+        require(within, field, f"must stay within the limits {momentum_limits.tolist()}", most.tolist())
 
     def draw(self, uniform: FloatArray, momentum_limits: FloatArray, modes: int = 0) -> npt.NDArray[np.void]:
         """Draw N starts.

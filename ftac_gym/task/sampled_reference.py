@@ -98,21 +98,22 @@ class SampledReference:
         Parameters
         ----------
         path
-            The file: columns time [s], q0, q1, q2, q3 (scalar first), with or without a line of their names. Lines
-            that begin with ``#`` are left out. The first time may be any; it becomes the start of the episode.
+            The file: columns time [s], q0, q1, q2, q3 (scalar first), with or without a line of these names; other
+            names are refused, as their order may be another. Lines that begin with ``#`` are left out. The first time
+            may be any; it becomes the start of the episode.
 
         Raises
         ------
         ValueError
-            If the file cannot be read, has other columns, or its numbers break a rule of the class.
+            If the file cannot be read, has other columns or names, or its numbers break a rule of the class.
         """
         with reading(Path(path), f"give comma-separated columns {COLUMNS}"):
             text = Path(path).read_text(encoding="utf-8-sig").splitlines()
             lines = [line for line in text if line.strip() and not line.lstrip().startswith("#")]
-            names = bool(lines) and not _is_number(lines[0].split(",")[0])
-            rows = [[float(part) for part in line.split(",")] for line in lines[int(names) :]]
-            for number, row in enumerate(rows, 1):
-                require(len(row) == 5, f"row {number}", "must have 5 columns", len(row))
+            if lines and not _is_number(lines[0].split(",")[0]):
+                names = ", ".join(part.strip().strip('"').lower() for part in lines.pop(0).split(","))
+                require(names == COLUMNS, "line of names", f"must be {COLUMNS!r}", names)
+            rows = [_row(line, number) for number, line in enumerate(lines, 1)]
             table = np.array(rows).reshape(-1, 5)
             return cls.from_arrays(table[:, 0], table[:, 1:])
 
@@ -160,6 +161,13 @@ class SampledReference:
         from scipy.spatial.transform import Rotation, RotationSpline  # Takes a while to import.
 
         return RotationSpline(self.times, Rotation.from_quat(self.attitudes, scalar_first=True))
+
+
+def _row(line: str, number: int) -> list[float]:
+    parts = line.split(",")
+    require(len(parts) == 5, f"row {number}", "must have 5 columns", len(parts))
+    require(all(map(_is_number, parts)), f"row {number}", "must consist of numbers", line)
+    return [float(part) for part in parts]
 
 
 def _is_number(text: str) -> bool:

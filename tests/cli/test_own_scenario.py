@@ -24,6 +24,9 @@ from ftac_gym import scenarios
 
 def satellite():
     return scenarios.resolve(Path("mine.json"))
+
+def torn():
+    return scenarios.resolve(Path("torn.json"))
 """
 
 
@@ -108,10 +111,12 @@ def test_a_scenario_of_the_training_alone(own):
             {"splits": ("mine.json", "sub/mine.json")},
             "--splits: 'sub/mine.json' would have the same folder",
         ),
-        ("train", {"scenario": "mission:nothing"}, "--scenario must be what the function 'mission:nothing' returns"),
+        ("train", {"scenario": "mission:nothing"}, "--scenario must be defined in its module, got 'mission:nothing'$"),
         ("train", {"training_scenario": "absent.json"}, "--training-scenario must be a file that can be read"),
         ("tune", {"scenario": "no_module:f"}, "--scenario must be in a module that can be imported"),
         ("play", {"scenario": "absent.json"}, "--scenario must be a file that can be read"),
+        ("play", {"scenario": "torn.json"}, "--scenario: torn.json: scenario must be JSON text: "),
+        ("tune", {"scenario": "mission:torn"}, "--scenario mission:torn: torn.json: scenario must be JSON text: "),
         ("synthesize", {"scenario": "mine.json"}, "--scenario mine.json: appendages must be given"),
     ],
 )
@@ -119,6 +124,7 @@ def test_a_scenario_that_is_none(name, options, message, own, tmp_path):
     for other in (tmp_path / "flagship.json", tmp_path / "sub" / "mine.json"):
         other.parent.mkdir(exist_ok=True)
         other.write_text(own.to_json())
+    (tmp_path / "torn.json").write_text("")
     program = module_of(name)
     with pytest.raises(SystemExit, match=f"^{message}"):
         program.main(program.Config(**options))

@@ -22,6 +22,7 @@ def build():
 SCENARIO = build()
 NUMBER = 3
 def sized(width): return SCENARIO
+def wrong(): return SCENARIO.replace(duration=-1)
 """
 
 
@@ -81,12 +82,13 @@ def test_a_name_of_the_package_stays_a_name_in_the_specification():
         ("wrong.json", r"^wrong\.json: scenario.duration must be positive, got -1$"),
         ('{"type": "Scenario", "colour": 1}', "Scenario has no field 'colour'"),
         ("no_such_module:build", "scenario must be in a module that can be imported; there is no 'no_such_module'"),
-        ("own_scenarios_here:absent", "must be what the function 'own_scenarios_here:absent' returns, got None"),
-        ("own_scenarios_here:NUMBER", "must be what the function 'own_scenarios_here:NUMBER' returns, got 3"),
+        ("own_scenarios_here:absent", "scenario must be defined in its module, got 'own_scenarios_here:absent'"),
+        ("own_scenarios_here:NUMBER", "scenario from 'own_scenarios_here:NUMBER' must be a Scenario, got 3"),
         (
             "own_scenarios_here:sized",
             r"scenario must be a function without arguments \(this has width\), got 'own_scenarios_here:sized'",
         ),
+        ("own_scenarios_here:wrong", "^duration must be positive, got -1$"),
         (3, "scenario must be a name, a file FILE.json, .* got 3"),
         (None, "scenario must be a name, .* got None"),
     ],

@@ -111,7 +111,7 @@ def test_momentum_may_reach_its_limit_but_not_pass_it():
     draw(InitialState(wheel_momentum=12.0), 3)
     with pytest.raises(ValueError, match="wheel_momentum must stay within the limits"):
         draw(InitialState(wheel_momentum=12.1), 3)
-    with pytest.raises(ValueError, match="wheel_momentum must stay within the limits"):
+    with pytest.raises(ValueError, match=r"^fixed_wheel_momentum must stay within the limits"):
         draw(InitialState(fixed_wheel_momentum=(1.0, 1.0, 1.0, -13.0)), 3)
 
 

@@ -140,8 +140,9 @@ def test_what_is_refused(times, attitudes, message):
     [
         (None, "No such file"),
         ("", "times must have 2"),
-        ("time,q0,q1,q2\n0,1,0,0\n1,1,0,0", "row 1 must have 5 columns, got 4"),
-        ("0,1,0,0,0\n1,one,0,0,0", "could not convert string to float: 'one'"),
+        ("0,1,0,0\n1,1,0,0", "row 1 must have 5 columns, got 4"),
+        ("time,qx,qy,qz,qw\n0,0,0,0,1\n1,0,0,0,1", "line of names must be 'time, q0, q1, q2, q3', got 'time, qx, qy"),
+        ("Time, Q0, Q1, Q2, Q3\n0,1,0,0,0\n1,one,0,0,0", "row 2 must consist of numbers, got '1,one,0,0,0'"),
         ("0,1,0,0,0\n0,1,0,0,0", r"times\[1\] must be later"),
     ],
 )
