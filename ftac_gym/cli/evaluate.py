@@ -229,11 +229,12 @@ def run(
 def run_benchmark(config: Config, console: Console) -> None:
     """Fly the policies through the scenario and the splits, and write the report."""
     folder, episodes = config.output / "benchmark", all_drawn(config)
-    with exit_on(ValueError, prefix="--benchmark: "), exit_on(BrokenExecutor, prefix="not finished: "):
+    written = one_line_warnings(partial(print_line, console))
+    with exit_on(ValueError, prefix="--benchmark: "), exit_on(BrokenExecutor, prefix="not finished: "), written:
         entries = entries_of(config.contenders, scenario_of(config.scenario))
         flights = sum(len(entry.policies) for entry in entries) * sum(map(len, episodes.values()))
         console.print(f"{len(entries)} entries, {len(episodes)} splits, {flights} episodes")
-        with progress_bar(console) as progress, one_line_warnings(partial(print_line, progress.console)):
+        with progress_bar(console) as progress:
             task = progress.add_task("flying", total=flights)
             result = fly(
                 entries, episodes, config.reference, folder, config.backend, config.workers,

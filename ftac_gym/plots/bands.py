@@ -94,7 +94,8 @@ def _side_by_side(bands: Sequence[Band], time: FloatArray, cone: float) -> Figur
         panel.fill_between(time, low, high, color=color, alpha=0.15, linewidth=0.0)
         panel.fill_between(time, quarter, three, color=color, alpha=0.35, linewidth=0.0)
         panel.plot(time, middle, color=color, linewidth=1.6, label=name)
-        limit = _finish(panel, time, cone, title=name, ylabel="pointing error [deg]" if number % columns == 0 else "")
+        title = style.name_in_lines(name, 32)
+        limit = _finish(panel, time, cone, title=title, ylabel="pointing error [deg]" if number % columns == 0 else "")
         if number + columns >= len(bands):
             panel.tick_params(labelbottom=True)
             style.apply(panel, xlabel="time [s]")

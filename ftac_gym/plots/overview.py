@@ -49,13 +49,15 @@ def episode(histories: Mapping[str, Rollout]) -> Figure:
     style.apply(wide[-1], xlabel="time [s]")
     # The panels of a row share their scale, so that policies can be compared.
     rows: list[list[Axes]] = [[], [], [], []]
+    letters = int(10.0 * (figure.get_figwidth() - 0.8) / columns)
     for column, (name, history) in enumerate(histories.items()):
+        title = style.name_in_lines(name, letters)
         for row, (time, values) in enumerate(_wheels(history)):
             panel = figure.add_subplot(grid[upper + row, column], sharey=rows[row][0] if column else None)
             rows[row].append(panel)
             for wheel in range(values.shape[1]):
                 panel.plot(time, values[:, wheel], linewidth=1.0, **style.stroke(wheel).of_line)
-            style.apply(panel, name if row == 0 else "", ylabel=ROWS[row] if column == 0 else "")
+            style.apply(panel, title if row == 0 else "", ylabel=ROWS[row] if column == 0 else "")
             style.apply(panel, xlabel="time [s]" if row == 3 else "")
             panel.tick_params(labelbottom=row == 3, labelleft=column == 0)
     _draw_limits(rows, histories)

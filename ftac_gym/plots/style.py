@@ -5,6 +5,7 @@ Matplotlib's settings stay as they are, and no figure is registered with pyplot.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from textwrap import fill
 from typing import Any, NamedTuple
@@ -136,6 +137,16 @@ def wrapped(text: str, width: int, mark: str = "; ") -> str:
     items = mark.join(item.replace(" ", "\N{NO-BREAK SPACE}") for item in text.split(mark))
     lines = fill(items, width, break_long_words=False, break_on_hyphens=False)
     return lines.replace("\N{NO-BREAK SPACE}", " ")
+
+
+def name_in_lines(name: str, width: int) -> str:
+    """Return the name of a policy in lines of about so many letters, which end at blanks and slashes."""
+    lines = [""]
+    for part in re.findall(r"[^ /]*[ /]|[^ /]+", name):
+        if lines[-1] and len(lines[-1]) + len(part.rstrip()) > width:
+            lines.append("")
+        lines[-1] += part
+    return "\n".join(line.rstrip() for line in lines)
 
 
 def first_of(histories: Mapping[str, Rollout], field: str = "histories") -> Rollout:

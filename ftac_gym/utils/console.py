@@ -55,7 +55,7 @@ def one_line_warnings(write: Callable[[str], Any]) -> Iterator[None]:
         usual = warnings.showwarning
 
         def show(message: Any, category: type[Warning], *place: Any, **more: Any) -> None:
-            if category is UserWarning:
+            if category is UserWarning or category.__module__.startswith("ftac_gym."):
                 write(f"warning: {message}")
             else:
                 usual(message, category, *place, **more)

@@ -82,6 +82,7 @@ def test_from_a_file_to_tuned_gains_an_agent_and_a_report(own, tmp_path, monkeyp
     evaluate.main(benchmark)
     page = (tmp_path / "results" / "benchmark" / "report.html").read_text()
     assert gains in page and "ftac-evaluate --policies" not in page  # no name of a scenario finds its episodes again
+    assert "of its last number" not in page
 
 
 def test_a_scenario_of_the_training_alone(own):

@@ -1,5 +1,8 @@
 """Error bands: the percentiles are right, one policy or twelve, side by side or together."""
 
+from dataclasses import replace
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -41,6 +44,14 @@ def test_every_policy_has_a_panel_with_its_median_and_bands(count, tmp_path):
             assert area[:, 1].min() == pytest.approx(below.min()) and area[:, 1].max() == pytest.approx(above.max())
     assert len({panel.get_position().y0.round(3) for panel in panels}) == -(-count // 4)
     figure.savefig(tmp_path / "bands.png", dpi=30)
+
+
+def test_long_names_do_not_meet():
+    items = [replace(item, policy="pd_dob runs/tuning/my_satellite/pd_dob/gains.json") for item in evaluations(4)]
+    figure = error_bands(items, 0.5, 0.1, CHOSEN)
+    figure.draw_without_rendering()
+    boxes = [panel.get_tightbbox() for panel in figure.axes]
+    assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
 
 
 @pytest.mark.parametrize("count", [1, 12])

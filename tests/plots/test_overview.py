@@ -1,6 +1,7 @@
 """The overview of an episode draws the rollout, on any spacecraft."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -24,6 +25,15 @@ def scenario_of(count=4, name="flagship"):
         wheels = replace(scenario.spacecraft.wheels, axes=axes, torque_limit=0.2, momentum_limit=12.0)
         scenario = scenario.replace(spacecraft=replace(scenario.spacecraft, wheels=wheels))
     return scenario.replace(duration=5.0, faults=FAULTS)
+
+
+def test_long_names_do_not_meet():
+    history = rollout(scenario_of(), "pd", seed=3)
+    names = [f"pd_dob runs/tuning/my_satellite/{number}/gains.json" for number in range(3)]
+    figure = episode(dict.fromkeys(names, history))
+    figure.draw_without_rendering()
+    boxes = [panel.get_tightbbox() for panel in figure.axes if "json" in panel.get_title(loc="left")]
+    assert len(boxes) == 3 and all(left.x1 < right.x0 for left, right in pairwise(boxes))
 
 
 def data(panel):

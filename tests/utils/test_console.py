@@ -5,13 +5,15 @@ import os
 import subprocess
 import sys
 import textwrap
+import warnings
 from dataclasses import dataclass
 
 import pytest
 from helpers.small_disk import on_small_disk
 from rich.console import Console
 
-from ftac_gym.utils.console import command_line, exit_on, show_table
+from ftac_gym.baselines import SampledInstability
+from ftac_gym.utils.console import command_line, exit_on, one_line_warnings, show_table
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,15 @@ def test_errors_end_the_program_with_their_message():
         raise ValueError("trials must be positive")
     with pytest.raises(TypeError), exit_on(ValueError):
         raise TypeError
+
+
+def test_warnings_of_the_package_are_lines_and_others_are_not():
+    lines = []
+    with pytest.warns(RuntimeWarning, match="other"), one_line_warnings(lines.append):
+        warnings.simplefilter("always")
+        for category in (UserWarning, SampledInstability, RuntimeWarning):
+            warnings.warn("other" if category is RuntimeWarning else "too slow", category, stacklevel=1)
+    assert lines == ["warning: too slow"] * 2
 
 
 def test_a_command_line_leaves_out_the_defaults():
