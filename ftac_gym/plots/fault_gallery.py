@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from ftac_gym import attitude as attitudes
 from ftac_gym.evaluation import Rollout, rollout
-from ftac_gym.faults import KINDS, Fault, FaultSchedule, SensorFault, WheelFault
+from ftac_gym.faults import KINDS, Bias, Fault, FaultSchedule, SensorFault, WheelFault
 from ftac_gym.faults.specification import example
 from ftac_gym.faults.table import Kind
 from ftac_gym.plots import style
@@ -19,10 +19,13 @@ from ftac_gym.plots.recording import replay
 from ftac_gym.spacecraft.friction import Friction
 from ftac_gym.task.initial_state import InitialState
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import FloatArray
+from ftac_gym.utils.parameters import FloatArray, bounds
 
 ONSET, WHEEL = 8.0, 1
 """Onset of the fault [s], in the middle of the slew, and the affected wheel."""
+
+LARGEST_BIAS = 0.4
+"""Limit of a bias, as a share of the smallest torque limit: more would hide that it is a torque of the wheel."""
 
 ACROSS = 3
 """Fault kinds in a row."""
@@ -37,10 +40,16 @@ def examples() -> dict[Kind, Fault]:
 
 
 def with_fault(scenario: Scenario, fault: Fault | None) -> Scenario:
-    """Return a scenario with a fixed slew of 100 deg, spinning wheels with friction, and one fault or none."""
+    """Return a scenario with a fixed slew of 100 deg, spinning wheels with friction, and one fault or none.
+
+    The examples of faults are for wheels like the flagship's. A bias is made smaller for smaller wheels.
+    """
     start = attitudes.quaternion_from_rotation_vector(np.radians(100.0) * np.array([0.6, -0.48, 0.64]))
     wheels = scenario.spacecraft.wheels
     momentum = 0.25 * np.minimum(wheels.momentum_limits, 4.0) * np.resize([1.0, -1.0], wheels.count)
+    if isinstance(fault, Bias):
+        largest = LARGEST_BIAS * float(np.min(wheels.torque_limits))
+        fault = replace(fault, amplitude=min(bounds(fault.amplitude)[1], largest))
     rubbing = replace(wheels, spin_inertia=wheels.spin_inertia or 0.02, friction=wheels.friction or Friction(5e-4))
     return scenario.replace(
         spacecraft=replace(scenario.spacecraft, wheels=rubbing),

@@ -1,11 +1,13 @@
 """The gallery of fault kinds: every kind is in it, and every episode in it shows its fault."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from ftac_gym import scenarios
 from ftac_gym.evaluation import rollout
-from ftac_gym.faults import KINDS, SensorFault
+from ftac_gym.faults import KINDS, Bias, SensorFault
 from ftac_gym.plots.fault_gallery import ONSET, examples, fault_gallery, sensor_error, with_fault
 
 SCENARIO = scenarios.get("flagship").replace(duration=40.0)
@@ -30,6 +32,14 @@ def test_the_fault_changes_the_flight_from_its_onset_on(kind, healthy):
     np.testing.assert_array_equal(history.attitude[before][:-1], healthy.attitude[before][:-1])
     change = np.abs(history.applied_torque - healthy.applied_torque).max()
     assert change > 1e-3  # N m
+
+
+def test_a_bias_is_no_larger_than_a_small_wheel_could_give():
+    bias = next(fault for fault in FAULTS.values() if isinstance(fault, Bias))
+    assert with_fault(SCENARIO, bias).faults.faults == (bias,)
+    small = replace(SCENARIO.spacecraft.wheels, torque_limit=0.004)
+    scenario = SCENARIO.replace(spacecraft=replace(SCENARIO.spacecraft, wheels=small))
+    assert with_fault(scenario, bias).faults.faults[0].amplitude == pytest.approx(0.0016)
 
 
 def test_sensor_errors_are_those_of_the_fault(healthy):
