@@ -2,6 +2,7 @@
 
 A first task for a learning algorithm: a wrong setting shows within minutes. Spacecraft, sensors, disturbance and
 uncertain inertia are the flagship's. The cone and the rate limit of success are ten times the flagship's.
+The bonus on target is larger by half.
 """
 
 from ftac_gym.scenarios.flagship import DEGREE, flagship

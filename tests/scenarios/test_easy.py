@@ -12,7 +12,7 @@ EASY, FLAGSHIP = scenarios.get("easy"), scenarios.get("flagship")
 def test_everything_else_is_the_flagship():
     easy, flagship = EASY.to_dict(), FLAGSHIP.to_dict()
     different = {name for name in easy if easy[name] != flagship[name]}
-    assert different == {"name", "initial_state", "faults", "duration", "success"}
+    assert different == {"name", "initial_state", "faults", "duration", "reward", "success"}
     assert EASY.faults is None and EASY.duration == 60.0
     assert Scenario.from_json(EASY.to_json()) == EASY
 
