@@ -1,6 +1,7 @@
 """Pieces that the command-line scripts share: errors, provenance and tables; needs the ``train`` extra."""
 
 import dataclasses
+import re
 import shlex
 import subprocess
 import sys
@@ -41,11 +42,15 @@ def run_program(main: Callable[[Config], None], config: type[Config], descriptio
 
 @contextmanager
 def exit_on(*errors: type[Exception], prefix: str = "--") -> Iterator[None]:
-    """End the program with the message of an error, after a prefix, instead of a traceback."""
+    """End the program with the message of an error, after a prefix, instead of a traceback.
+
+    The prefix ``--`` is for messages that begin with the name of an option; one of a file or a class stays as it is.
+    """
     try:
         yield
     except errors as error:
-        raise SystemExit(f"{prefix}{error}") from None
+        bare = prefix == "--" and re.match(r"[a-z][a-z_-]*(\[\d+\])?[ :]", str(error)) is None
+        raise SystemExit(f"{'' if bare else prefix}{error}") from None
 
 
 @contextmanager

@@ -24,6 +24,22 @@ class Config:
     store: bool = False
 
 
+@pytest.mark.parametrize(
+    ("message", "shown"),
+    [
+        ("num_envs must be positive", "--num_envs must be positive"),
+        ("policies[0]: no such", "--policies[0]: no such"),
+        ("gains.json cannot be read", "gains.json cannot be read"),
+        ("runs/gains cannot be read", "runs/gains cannot be read"),
+        ("ResidualPolicy: base must be", "ResidualPolicy: base must be"),
+    ],
+)
+def test_dashes_are_for_options(message, shown):
+    with pytest.raises(SystemExit) as end, exit_on(ValueError):
+        raise ValueError(message)
+    assert str(end.value) == shown
+
+
 def test_errors_end_the_program_with_their_message():
     with pytest.raises(SystemExit, match=r"^--trials must be positive$"), exit_on(ValueError):
         raise ValueError("trials must be positive")
