@@ -59,7 +59,7 @@ def resolve(source: ScenarioLike) -> Scenario:
 
 def _read(path: Path) -> Scenario:
     try:
-        return Scenario.from_json(path.read_text(encoding="utf-8"))
+        return Scenario.from_json(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise ValueError(f"scenario must be a file that can be read, got {str(path)!r}: {error.strerror}") from None
     except ValueError as error:

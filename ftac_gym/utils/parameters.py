@@ -238,7 +238,7 @@ def interval(
     value: Interval, field: str, low: float = -math.inf, high: float = math.inf, above: float = -math.inf
 ) -> Interval:
     """Return a checked interval: a float, or a pair in rising order, within [low, high] and larger than ``above``."""
-    if isinstance(value, (tuple, list)):
+    if isinstance(value, (tuple, list)) or (isinstance(value, np.ndarray) and value.ndim == 1):
         require(len(value) == 2, field, "must be a number or a pair (low, high)", value)
         checked: Interval = (finite(value[0], field), finite(value[1], field))
     else:

@@ -31,12 +31,13 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.setattr(library, "_OWN", {})
     monkeypatch.chdir(tmp_path)
     (tmp_path / "own.json").write_text(OWN.to_json())
+    (tmp_path / "marked.json").write_text(OWN.to_json(), encoding="utf-8-sig")  # as some editors write it
     (tmp_path / "own_scenarios_here.py").write_text(MODULE)
     return tmp_path
 
 
 SOURCES = [
-    OWN, OWN.to_dict(), OWN.to_json(), f"\n {OWN.to_json()}", "own.json", Path("own.json"),
+    OWN, OWN.to_dict(), OWN.to_json(), f"\n {OWN.to_json()}", "own.json", Path("own.json"), "marked.json",
     "own_scenarios_here:build", "own_scenarios_here:SCENARIO",
 ]  # fmt: skip
 

@@ -71,6 +71,7 @@ def test_rate_has_uniform_magnitude_and_direction():
 
 def test_an_interval_bounds_the_magnitude_of_the_rate_on_both_sides():
     state = InitialState(max_rate=[0.01, 0.03])
+    assert state == InitialState(max_rate=np.array([0.01, 0.03]))
     rate = draw(state)["rate"]
     assert stats.kstest(np.linalg.norm(rate, axis=1), "uniform", (0.01, 0.02)).pvalue > 1e-3
     assert_uniform_on_sphere(rate)
