@@ -63,7 +63,7 @@ class SpacecraftFTCEnv(BatchEnvironment, gym.Env[Observation, npt.NDArray[Any]])
     - ``feasible``: the remaining wheels can do the task.
     - ``fault/kind``, ``fault/wheel``, ``fault/onset`` [s], ``fault/active``: the true faults, an entry for each that an
       episode of the scenario can have, in the order of their onsets. A kind is a number of
-      :class:`~ftac_gym.faults.table.FaultKind`. Where there is no fault, kind is 0, wheel -1 and onset infinite; wheel
+      :class:`~ftac_gym.faults.table.FaultKind`. Where there is no fault, kind is 0, and wheel and onset are -1; wheel
       is -1 for sensors too. Active is whether the fault acts now.
 
     The errors are true, and so are labels and faults: no policy is given any of them.

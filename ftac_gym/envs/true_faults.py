@@ -14,6 +14,9 @@ from ftac_gym.utils.compiling import entry_point
 NO_WHEEL = -1
 """Wheel of a fault of the sensors, and of an entry without a fault."""
 
+NO_ONSET = -1.0
+"""Onset of an entry without a fault [s]; loggers and JSON take finite numbers only."""
+
 _TIMES = ("onset", "recovery", "period", "on_time")
 _ENTRY = np.dtype([("kind", "i8"), ("wheel", "i8"), ("chain", "i8"), *((name, "f8") for name in _TIMES)])
 
@@ -56,11 +59,11 @@ class TrueFaults:
             parts.append(part.reshape(len(rows), -1))
         found = np.concatenate(parts, axis=1)
         empty = found["kind"] == 0
-        found["onset"][empty], found["recovery"][empty], found["wheel"][empty] = np.inf, 0.0, NO_WHEEL
-        order = np.argsort(found["onset"], axis=1, kind="stable")
+        order = np.argsort(np.where(empty, np.inf, found["onset"]), axis=1, kind="stable")
+        found["onset"][empty], found["wheel"][empty] = NO_ONSET, NO_WHEEL
         width = min(found.shape[1], self._entries.shape[1])
         self._entries[rows] = np.zeros((), dtype=_ENTRY)
-        self._entries["onset"][rows], self._entries["wheel"][rows] = np.inf, NO_WHEEL
+        self._entries["onset"][rows], self._entries["wheel"][rows] = NO_ONSET, NO_WHEEL
         chosen = np.take_along_axis(found, order[:, :width], axis=1)
         self._entries[rows, :width] = chosen
         for array, name in zip(self._known, ("kind", "wheel", "onset"), strict=True):

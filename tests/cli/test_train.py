@@ -29,7 +29,8 @@ def whole(tmp_path_factory):
     """Return the folder of a run without interruption."""
     folder = tmp_path_factory.mktemp("whole")
     arguments = ("--run-folder", "run", "--total-steps", 2048, *TINY, "--evaluate-every", 1024)
-    result = run("train.py", *arguments, "--evaluation-episodes", 2, folder=folder)
+    reward = "--reward", "on_target=2.0"
+    result = run("train.py", *arguments, *reward, "--evaluation-episodes", 2, folder=folder)
     assert result.returncode == 0, result.stderr
     assert "is in run/agent" in result.stdout
     return folder / "run"

@@ -116,7 +116,7 @@ def test_a_healthy_spacecraft_has_an_entry_without_a_fault_and_then_the_one_that
     env = SpacecraftFTCEnv(**QUIET)
     _, info = env.reset(seed=0)
     assert [info[f"fault/{part}"].tolist() for part in ("kind", "wheel", "onset", "active")] == [
-        [0], [-1], [np.inf], [False],
+        [0], [-1], [-1.0], [False],
     ]  # fmt: skip
     simulator = env.batch.simulator
     simulator.set_faults(
