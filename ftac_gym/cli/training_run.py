@@ -160,6 +160,7 @@ def train(config: Config) -> None:
         )
         # Evaluations are on the task itself, with the reward of the training.
         task = task.replace(reward=scenario.reward)
+        judge = evaluator(task, schedule.evaluation_seed, schedule.evaluation_episodes)
         around: VecEnv = env
         if parameters.normalize:
             around = VecNormalize(env, gamma=parameters.settings.get("gamma", 0.99))
@@ -183,8 +184,7 @@ def train(config: Config) -> None:
         around.seed(1_000_000_000 * (config.seed + 1) + steps)
         if steps < parameters.n_timesteps:
             callback = TrainingCallback(
-                folder, evaluations, evaluator(task, schedule.evaluation_seed, schedule.evaluation_episodes),
-                parameters.interface, schedule,
+                folder, evaluations, judge, parameters.interface, schedule,
                 lambda steps: provenance(config, steps, seconds + time.monotonic() - begun),
             )  # fmt: skip
             bar = ProgressBarCallback()

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from numba import config
 
 from ftac_gym.dynamics.divergence import MOVED, SEEN, divergence
 from ftac_gym.dynamics.merging import merged, with_faults
@@ -48,6 +49,9 @@ class Simulator:
     """
 
     def __init__(self, scenario: Scenario, num_spacecraft: int, threads: int = 1) -> None:
+        # In plain Python, fields of records have no names.
+        disabled = config.DISABLE_JIT  # type: ignore[attr-defined]  # Numba sets it from the environment.
+        require(not disabled, "NUMBA_DISABLE_JIT", "must be unset or 0: the simulation runs as compiled code", disabled)
         require(isinstance(scenario, Scenario), "scenario", "must be a Scenario", scenario)
         for name, value in (("num_spacecraft", num_spacecraft), ("threads", threads)):
             require(is_whole(value) and value > 0, name, "must be a positive integer", value)

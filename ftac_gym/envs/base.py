@@ -86,7 +86,8 @@ class BatchEnvironment:
         """The specification that makes this environment again, with scenarios and their parts as plain data.
 
         ``max_episode_steps`` is the length of its own episodes. The registry has none: Gymnasium would end every
-        episode there, whatever ``duration`` an environment is made with.
+        episode there, whatever ``duration`` an environment is made with. It does so with a ``spec`` too: another
+        duration of it needs ``gym.make(env.spec, duration=80.0, max_episode_steps=-1)``.
         """
         return self._spec
 

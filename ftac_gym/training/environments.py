@@ -60,10 +60,18 @@ def evaluator(task: Scenario, seed: int, count: int) -> Callable[[Agent], Mappin
         The task.
     seed, count
         Seed and number of the episodes.
+
+    Raises
+    ------
+    ValueError
+        If none of them is feasible.
     """
+    episodes = task.draw(seed, count)
+    rule = "must have a feasible one among them; a longer duration or fewer faults of the task make more of them so"
+    require(bool(episodes.feasible.any()), "evaluation-episodes", rule, count)
 
     def evaluate(agent: Agent) -> dict[str, float]:
-        metrics = rollout(task, agent, seed=seed, count=count).feasible_metrics()
+        metrics = rollout(task, agent, episodes).feasible_metrics()
         return {"mean_return": float(metrics["return"].mean()), **counted(metrics)}
 
     return evaluate

@@ -4,6 +4,7 @@ import copy
 import dataclasses
 import pickle
 
+import numba
 import numpy as np
 import pytest
 from helpers.snapshots import history, snapshot
@@ -17,6 +18,12 @@ from ftac_gym.task.measurement import Measurement
 FLAGSHIP = scenarios.get("flagship")
 NAMES = scenarios.names()
 MEASURED = [field.name for field in dataclasses.fields(Measurement) if field.name != "truth"]
+
+
+def test_without_the_compiler_the_simulation_is_refused_in_a_line(monkeypatch):
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", 1)
+    with pytest.raises(ValueError, match=r"NUMBA_DISABLE_JIT must be unset or 0: .*, got 1"):
+        Simulator(FLAGSHIP, 1)
 
 
 def commands(steps, craft, wheels=4):

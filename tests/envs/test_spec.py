@@ -84,3 +84,11 @@ def test_what_typed_access_refuses(make):
     if make is ftac_gym.make:
         with pytest.raises(TypeError, match=r"'max_episode_steps': gymnasium\.make has it"):
             make("SpacecraftFTC-v0", max_episode_steps=7)
+
+
+def test_a_specification_makes_longer_episodes_without_the_limit_of_its_own():
+    spec = gym.make("SpacecraftFTC-v0", duration=1.0).spec
+    env = gym.make(spec, duration=2.0, max_episode_steps=-1)
+    env.reset(seed=0)
+    ends = [env.step(env.action_space.sample())[3] for _ in range(20)]
+    assert ends == [False] * 19 + [True]

@@ -65,6 +65,11 @@ def test_environments_and_evaluations_take_every_form(source, folder, monkeypatc
         assert again.unwrapped.scenario == made.unwrapped.scenario
 
 
+def test_a_file_may_begin_with_the_mark_of_windows_editors(folder):
+    (folder / "marked.json").write_text(OWN.to_json(), encoding="utf-8-sig")
+    assert scenarios.resolve("marked.json") == OWN
+
+
 def test_a_name_of_the_package_stays_a_name_in_the_specification():
     env = gym.make("SpacecraftFTC-v0", scenario="cao_2022")
     assert env.spec.kwargs["scenario"] == "cao_2022"

@@ -29,6 +29,11 @@ def test_a_scenario_with_other_spaces_is_refused():
         training_environment(ID, scenarios.get("cao_2022"), Interface(), 2, SHORT)
 
 
+def test_episodes_of_which_none_is_feasible_are_refused():
+    with pytest.raises(ValueError, match=r"evaluation-episodes must have a feasible one among them; .*, got 4"):
+        evaluator(scenarios.get("easy").replace(duration=1.0), 7, 4)
+
+
 def test_evaluations_are_means_over_the_feasible_ones_of_fixed_episodes(tmp_path):
     write_agent(tmp_path)
     agent = Agent.load(tmp_path)
