@@ -46,7 +46,7 @@ _BEHAVIOUR = ("interface", "network", "normalizer", "weights")
 
 _REMEDY = "restore the whole folder from a copy, or train the agent again"
 _OLDER = "must be of this version; pickles run code when they are read. Convert one that you trust, once: "
-_OLDER += "ftac-convert OLD NEW --trust"
+_OLDER += "ftac-convert OLD NEW --trust; a zip flies as it is as sb3:PATH"
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import time
+from collections.abc import Mapping
 from typing import Any
 
 import gymnasium as gym
@@ -185,7 +186,7 @@ def train(config: Config) -> None:
         if steps < parameters.n_timesteps:
             callback = TrainingCallback(
                 folder, evaluations, judge, parameters.interface, schedule,
-                lambda steps: provenance(config, steps, seconds + time.monotonic() - begun),
+                lambda steps: provenance(config, steps, seconds + time.monotonic() - begun), report,
             )  # fmt: skip
             bar = ProgressBarCallback()
             try:
@@ -200,6 +201,12 @@ def train(config: Config) -> None:
     with exit_on(ValueError, prefix=""):
         best = read_card(folder / AGENT)
     print(f"the best agent on the evaluation episodes, after {best['steps']} steps, is in {folder / AGENT}")
+
+
+def report(steps: int, metrics: Mapping[str, float]) -> None:
+    """Print a line on an evaluation: its flights are deterministic, on the episodes that pick the best agent."""
+    share, mean = metrics["success"], metrics["mean_return"]
+    print(f"after {steps:,} decisions: mean return {mean:.1f}, success {share:.3f} (deterministic)", flush=True)
 
 
 def start(config: Config) -> None:

@@ -86,6 +86,8 @@ class TrainingCallback(BaseCallback):
     provenance
         Function that returns the origin of an agent for a number of steps, with these as ``steps`` and the time so far
         as ``training_seconds``.
+    report
+        Function that is given the steps and the metrics of every evaluation, such as one that prints a line.
     """
 
     def __init__(
@@ -96,10 +98,12 @@ class TrainingCallback(BaseCallback):
         interface: Interface,
         schedule: Schedule,
         provenance: Callable[[int], dict[str, Any]],
+        report: Callable[[int, Mapping[str, float]], None] = lambda steps, metrics: None,
     ) -> None:
         super().__init__()
         self._folder, self._evaluations, self._evaluate = folder, evaluations, evaluate
         self._interface, self._schedule, self._provenance = interface, schedule, provenance
+        self._report = report
         self._last_steps = 0
         self._severity = 1.0
 
@@ -149,3 +153,4 @@ class TrainingCallback(BaseCallback):
             agent.save(self._folder / AGENT, **self._provenance(steps), evaluation=evaluation)
 
         self._evaluations.add(steps, metrics, save)
+        self._report(steps, metrics)

@@ -142,7 +142,7 @@ def test_messages(folder, damage, message):
 
 def test_a_zip_is_refused_with_the_command_that_converts_it(tmp_path):
     model_of().save(tmp_path / "model.zip")
-    with pytest.raises(ValueError, match=r"ftac-convert OLD NEW --trust, got .*model\.zip"):
+    with pytest.raises(ValueError, match=r"ftac-convert OLD NEW --trust; .*sb3:PATH, got .*model\.zip"):
         Agent.load(tmp_path / "model.zip")
 
 

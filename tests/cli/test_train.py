@@ -33,6 +33,9 @@ def whole(tmp_path_factory):
     result = run("train.py", *arguments, *reward, "--evaluation-episodes", 2, folder=folder)
     assert result.returncode == 0, result.stderr
     assert "is in run/agent" in result.stdout
+    assert [line.split(":")[0] for line in result.stdout.splitlines() if "mean return" in line] == [
+        "after 1,024 decisions", "after 2,048 decisions",
+    ]  # fmt: skip
     return folder / "run"
 
 
