@@ -127,6 +127,8 @@ class Agent:
         actions, trained_actions = wrapped.single_action_space.shape, self.policy.action_space.shape
         rule = f"must have been trained for actions {actions}, as {env.scenario.name} takes"
         require(actions == trained_actions, "agent", rule, trained_actions)
+        if self.normalizer is not None:
+            self.normalizer.check_size(self._whole_size)
         return wrapped
 
     @property

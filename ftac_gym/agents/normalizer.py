@@ -63,6 +63,11 @@ class Normalizer:
         mean, variance = (np.array(values, dtype=np.float64) for values in (statistics.mean, statistics.var))
         return cls(mean, variance, trained.clip_obs, trained.epsilon, float(statistics.count))
 
+    def check_size(self, size: int) -> None:
+        """Raise a ValueError if the statistics are not of observations of this size: one entry would fit any."""
+        own = len(self.mean)
+        require(own == size, "normalizer", f"must be of observations of {size} entries, as the policy takes", own)
+
     def normalize(self, observations: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
         """Return standardised observations (N, size)."""
         scaled = (observations - self.mean) / np.sqrt(self.variance + self.epsilon)

@@ -98,6 +98,8 @@ class ExternalPolicy:
             given = getattr(wrapped, f"single_{part}").shape
             rule = f"must have the {part.replace('_', ' ')} {given}, as {env.scenario.name} in the {self.tier} tier"
             require(known in (None, given), "policy", rule, known)
+        if self.normalizer is not None:
+            self.normalizer.check_size(wrapped.single_observation_space.shape[0])
         return wrapped
 
     def predict(

@@ -9,6 +9,8 @@ from gymnasium import spaces
 from helpers.parity import EPISODES, SHORT, assert_scored_alike, flown_by
 from stable_baselines3 import PPO
 
+from ftac_gym.agents.agent import Agent
+from ftac_gym.agents.interface import Interface
 from ftac_gym.agents.normalizer import Normalizer
 from ftac_gym.evaluation import evaluate, rollout
 from ftac_gym.evaluation.batches import FlightError
@@ -88,6 +90,15 @@ def test_an_error_names_policy_and_episode():
 
     with pytest.raises(FlightError, match=r"^failing in flagship: episode 0: KeyError: 'torque'$"):
         evaluate(SHORT, failing, EPISODES)
+
+
+@pytest.mark.parametrize("size", [1, 9])
+def test_the_normaliser_must_fit(size):
+    normalizer = Normalizer(np.zeros(size), np.ones(size), 10.0, 1e-8, 1.0)
+    model = PPO("MlpPolicy", gym.make("SpacecraftFTC-v0"), device="cpu")
+    for policy in (ExternalPolicy(act, normalizer=normalizer), Agent(model.policy, normalizer, Interface())):
+        with pytest.raises(ValueError, match=rf"normalizer must be of observations of 22 entries, .*, got {size}"):
+            rollout(SHORT, policy, EPISODES)
 
 
 def test_a_tuple_of_numbers_is_an_action():
