@@ -22,7 +22,7 @@ from ftac_gym.cli.tasks import scenario_of, short_name
 from ftac_gym.envs.rendering import Window
 from ftac_gym.envs.rendering.toolkit import pygame
 from ftac_gym.faults import FaultSchedule
-from ftac_gym.faults.specification import parse
+from ftac_gym.faults.specification import NO_FAULTS, parse
 from ftac_gym.scenarios import frozen
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.console import exit_on
@@ -70,7 +70,7 @@ class Config:
 def task(config: Config) -> Scenario:
     """Return the scenario with the faults of the command line."""
     scenario = scenario_of(config.scenario)
-    if config.fault == ("none",):
+    if config.fault == (NO_FAULTS,):
         return scenario.replace(faults=None)
     if config.fault:
         return scenario.replace(faults=FaultSchedule(tuple(parse(text) for text in config.fault)))

@@ -1,11 +1,12 @@
 """Scenarios of the command line, and the short names of their tables and folders."""
 
+import traceback
 from pathlib import Path
 
 from ftac_gym import scenarios
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.importing import is_path
-from ftac_gym.utils.parameters import require
+from ftac_gym.utils.parameters import in_one_line, require
 
 
 def scenario_of(text: str, option: str = "scenario") -> Scenario:
@@ -19,6 +20,10 @@ def scenario_of(text: str, option: str = "scenario") -> Scenario:
         # A part that an own function builds does not know of the function.
         place = "" if message.startswith(text) else f" {text}"
         raise SystemExit(f"--{option}{place}: {message}") from None
+    except Exception as error:  # Of the user's own module.
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        place = f"{Path(last.filename).name}, line {last.lineno}"
+        raise SystemExit(f"--{option} {text}: {in_one_line(f'{type(error).__name__}: {error}')} ({place})") from error
 
 
 def short_name(text: str) -> str:

@@ -15,6 +15,7 @@ from ftac_gym.faults import FaultDistribution
 from ftac_gym.scenarios import ScenarioLike
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.reach import check_reach
 from ftac_gym.task.scenario import Scenario, check_fields
 from ftac_gym.utils.parameters import broken, require
 from ftac_gym.utils.serialization import to_plain
@@ -69,13 +70,23 @@ class BatchEnvironment:
     metadata: dict[str, Any]
     batch: SpacecraftBatch
     render_mode: str | None
+    full_torque: bool = True
+    """True if a learner may push all wheels with all their torque, which the physics step must integrate then."""
     policy_name: str = ""
     """Name that frames show for the policy; none if empty."""
     _display: Display
     _spec: EnvSpec | None = None
 
     def _prepare(self, batch: SpacecraftBatch, render_mode: str | None, width: int, height: int) -> None:
-        """Set the shared attributes; see :class:`~ftac_gym.envs.rendering.display.Display` for the errors."""
+        """Set the shared attributes.
+
+        Raises
+        ------
+        ValueError
+            If full torque makes rates beyond the physics step. For a display see its class.
+        """
+        if self.full_torque:
+            check_reach(batch.scenario, commanded=True)
         self.batch = batch
         self.render_mode = render_mode
         self._display = Display(batch, render_mode, width, height)

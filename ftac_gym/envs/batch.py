@@ -11,7 +11,6 @@ from ftac_gym.envs.observer import Observer
 from ftac_gym.envs.reward import Reward
 from ftac_gym.envs.true_faults import TrueFaults
 from ftac_gym.task.episodes import Episodes
-from ftac_gym.task.reach import check_reach
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, real_numbers, require
 from ftac_gym.utils.randomness import keys_from_seeds
@@ -36,7 +35,7 @@ class SpacecraftBatch:
     Raises
     ------
     ValueError
-        If a wheel has no torque limit, full torque makes rates beyond the physics step, or the tier is unknown.
+        If a wheel has no torque limit, or the tier is unknown.
     """
 
     def __init__(self, scenario: Scenario, observation: str, num_spacecraft: int, threads: int = 1) -> None:
@@ -48,7 +47,6 @@ class SpacecraftBatch:
         limits = scenario.spacecraft.wheels.torque_limits
         limited = bool(np.isfinite(limits).all())
         require(limited, "torque_limit", "must be finite for every wheel: it scales the action", limits)
-        check_reach(scenario, commanded=True)
         self.horizon = scenario.horizon
         self.indices = np.arange(num_spacecraft)
         self._keys = np.zeros((num_spacecraft, 2), dtype=np.uint32)

@@ -14,6 +14,9 @@ from ftac_gym.utils.parameters import broken, require
 FORM = "KIND:WHEEL@ONSET,FIELD=VALUE,..."
 """Form of a specification; the kind is required, and the wheel for faults of wheels."""
 
+NO_FAULTS = "none"
+"""Text of a healthy spacecraft."""
+
 EXAMPLES: Mapping[int, Mapping[str, Any]] = {
     FaultKind.LOSS_OF_EFFECTIVENESS: {"effectiveness": 0.1},
     FaultKind.DRIFTING_EFFECTIVENESS: {"effectiveness": 0.0, "rise": 30.0},

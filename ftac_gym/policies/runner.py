@@ -12,6 +12,15 @@ from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray
 
 
+class _Flight(SpacecraftFTCVectorEnv):
+    """The environment of a policy that is flown, with a ``DivergenceError`` for one that turns too fast.
+
+    The papers' examples with unlimited wheels are sound under their controllers, not under full torque.
+    """
+
+    full_torque = False
+
+
 class PolicyRunner:
     """A policy attached to N spacecraft; tumbling does not end their episodes.
 
@@ -35,7 +44,7 @@ class PolicyRunner:
     def __init__(self, scenario: Scenario, policy: Policy, num_spacecraft: int = 1, threads: int = 1) -> None:
         # A baseline is built for an environment: one that flies elsewhere too stays as it is.
         self.policy = copy(policy) if isinstance(policy, DeferredBaseline) else policy
-        self.env = SpacecraftFTCVectorEnv(
+        self.env = _Flight(
             num_envs=num_spacecraft,
             scenario=scenario.replace(tumble_rate=None),
             observation=policy.tier,

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ftac_gym.faults import Fault, FaultSchedule
-from ftac_gym.faults.specification import parse_all
+from ftac_gym.faults.specification import NO_FAULTS, parse_all
 from ftac_gym.utils.serialization import TYPE_KEY, classes, classes_of, from_plain, hints_of
 
 
@@ -45,7 +45,7 @@ def changed_faults(present: Any, change: Any, hint: Any) -> Any:
         The faults before.
     change
         A fault, or a list of faults, each an object, its plain dict, or text: the schedule of these faults. Text is of
-        the form of :func:`~ftac_gym.faults.specification.parse_all`, for example ``"outage:0@5"``.
+        the form of :func:`~ftac_gym.faults.specification.parse_all`, for example ``"outage:0@5"``; ``"none"`` is None.
     hint
         Type annotation of the field.
 
@@ -54,6 +54,8 @@ def changed_faults(present: Any, change: Any, hint: Any) -> Any:
     ValueError
         If there is no such fault, or a value breaks a rule.
     """
+    if isinstance(change, str) and change == NO_FAULTS:
+        return None
     if isinstance(change, (str, Fault)) or _describes_fault(change):
         change = [change]
     if not isinstance(change, (list, tuple)):

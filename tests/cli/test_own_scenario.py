@@ -118,6 +118,7 @@ def test_a_scenario_of_the_training_alone(own):
         ("play", {"scenario": "absent.json"}, "--scenario must be a file that can be read"),
         ("play", {"scenario": "torn.json"}, "--scenario: torn.json: scenario must be JSON text: "),
         ("tune", {"scenario": "mission:torn"}, "--scenario mission:torn: torn.json: scenario must be JSON text: "),
+        ("tune", {"scenario": "failing:f"}, r"--scenario failing:f: KeyError: 'missing' \(failing.py, line 2\)$"),
         ("synthesize", {"scenario": "mine.json"}, "--scenario mine.json: appendages must be given"),
     ],
 )
@@ -126,6 +127,7 @@ def test_a_scenario_that_is_none(name, options, message, own, tmp_path):
         other.parent.mkdir(exist_ok=True)
         other.write_text(own.to_json())
     (tmp_path / "torn.json").write_text("")
+    (tmp_path / "failing.py").write_text("def f(): ...\n{}['missing']\n")
     program = module_of(name)
     with pytest.raises(SystemExit, match=f"^{message}"):
         program.main(program.Config(**options))

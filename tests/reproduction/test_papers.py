@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from ftac_gym import baselines
+from ftac_gym.policies import PolicyRunner, resolve
 from ftac_gym.reproduction import PAPERS
 from ftac_gym.reproduction.cao_2022 import measures as cao_2022_measures
 from ftac_gym.reproduction.recorder import record
@@ -27,6 +28,15 @@ def reproduced(request):
     with np.errstate(all="ignore"):
         flown = {repr(plan): record(plan) for plan in {repr(plan): plan for plan in coarse.values()}.values()}
     return request.param, paper.evaluate(Recordings({name: flown[repr(plan)] for name, plan in coarse.items()}))
+
+
+@pytest.mark.parametrize("paper", sorted(PAPERS))
+def test_no_plan_is_refused(paper):
+    strong = [
+        plan for plan in PAPERS[paper].plans().values() if plan.scenario.spacecraft.wheels.torque_limits.max() > 1e3
+    ]
+    for scenario in {plan.scenario.to_json(): plan.scenario for plan in strong}.values():
+        PolicyRunner(scenario, resolve("zero"))
 
 
 def test_every_claim_has_a_verdict_and_numbers(reproduced):

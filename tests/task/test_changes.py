@@ -60,6 +60,10 @@ def test_faults_in_short(given):
     assert FLAGSHIP.replace(faults=None).replace(faults=given).faults == FaultSchedule((OUTAGE,))
 
 
+def test_no_faults_in_short():
+    assert FLAGSHIP.replace(faults="none").faults is None
+
+
 def test_several_faults_as_text():
     text = "outage:0@5, bias:2@10..20, constant=0.05, random_sign=true, star_tracker_outage@3,lock-in-place:1"
     found = parse_all(text)
