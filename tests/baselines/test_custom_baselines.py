@@ -119,7 +119,7 @@ def test_the_benchmark_flies_own_laws_as_they_are_on_their_own():
 
 def test_two_own_laws_of_one_name_are_refused():
     other = type("CustomBaseline", (CustomBaseline,), {})
-    with pytest.raises(ValueError, match=r"policies must be custom classes of different names"):
+    with pytest.raises(ValueError, match=r"policies must be custom classes and other policies of different names"):
         entries_of([CustomBaseline, other], TASK)
     with pytest.raises(ValueError, match="must be a class whose name no baseline has"):
         entries_of([type("pd", (CustomBaseline,), {})], TASK)

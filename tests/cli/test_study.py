@@ -67,7 +67,7 @@ def test_a_stray_folder_is_no_finished_training(tmp_path, monkeypatch):
     study = module_of("study")
     script = tmp_path / "train.py"
     script.write_text("import sys; print(sys.argv[1:])")
-    monkeypatch.setattr(study, "TRAIN", script)
+    monkeypatch.setattr(study, "PROGRAMS", script)
     config = study.Config(folder=tmp_path / "runs")
     for seed in range(2):
         home = config.folder / "residual_none" / f"seed_{seed}"

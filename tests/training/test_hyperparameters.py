@@ -82,7 +82,7 @@ def test_a_damaged_file_is_one_line(path, text):
         ({"n_envs": 0}, "n_envs must be a positive integer, got 0"),
         ({"n_timesteps": 1.5}, "n_timesteps must be a positive integer, got 1.5"),
         ({"env_wrapper": ["gymnasium.wrappers.TimeAwareObservation"]}, "env_wrapper must be among .*ActionHold"),
-        ({"env_wrapper": [{"ftac_gym.wrappers.ActionHold": {"steps": 0}}]}, "hold must be a positive integer, got 0"),
+        ({"env_wrapper": [{"ftac_gym.wrappers.ActionHold": {"steps": 0}}]}, "steps of ActionHold must be .*, got 0"),
     ],
 )
 def test_bad_entries_are_refused(path, changes, message):

@@ -20,7 +20,8 @@ def test_a_direct_agent_learns_the_easy_task():
     """The file's run is three times as long; the deterministic agent succeeds long before its end."""
     parameters = read_hyperparameters(CONFIGS / "ppo.yml", ID)
     assert parameters.interface.wrappers == () and parameters.normalize
-    env, size = training_environment(ID, scenarios.get("easy"), parameters.interface, parameters.n_envs)
+    task = scenarios.get("easy")
+    env, size = training_environment(ID, task, parameters.interface, parameters.n_envs, task)
     around = VecNormalize(env, gamma=parameters.settings["gamma"])
     around.seed(1000)
     model = build("ppo", parameters, around, size, seed=0)
