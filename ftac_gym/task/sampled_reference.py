@@ -16,7 +16,7 @@ import numpy.typing as npt
 from ftac_gym.task.references import REFERENCE, SET_POINT, ReferenceKind, References
 from ftac_gym.utils.files import reading
 from ftac_gym.utils.parameters import FloatArray, Matrix, Vector, require, unit_quaternion, vector
-from ftac_gym.utils.serialization import serializable
+from ftac_gym.utils.serialization import reads_as_number, serializable
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import RotationSpline
@@ -110,7 +110,7 @@ class SampledReference:
         with reading(Path(path), f"give comma-separated columns {COLUMNS}"):
             text = Path(path).read_text(encoding="utf-8-sig").splitlines()
             lines = [line for line in text if line.strip() and not line.lstrip().startswith("#")]
-            if lines and not _is_number(lines[0].split(",")[0]):
+            if lines and not reads_as_number(lines[0].split(",")[0]):
                 names = ", ".join(part.strip().strip('"').lower() for part in lines.pop(0).split(","))
                 require(names == COLUMNS, "line of names", f"must be {COLUMNS!r}", names)
             rows = [_row(line, number) for number, line in enumerate(lines, 1)]
@@ -166,16 +166,8 @@ class SampledReference:
 def _row(line: str, number: int) -> list[float]:
     parts = line.split(",")
     require(len(parts) == 5, f"row {number}", "must have 5 columns", len(parts))
-    require(all(map(_is_number, parts)), f"row {number}", "must consist of numbers", line)
+    require(all(map(reads_as_number, parts)), f"row {number}", "must consist of numbers", line)
     return [float(part) for part in parts]
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def table_of(reference: Any, control_period: float, horizon: int) -> tuple[FloatArray, FloatArray, FloatArray] | None:

@@ -16,6 +16,7 @@ from ftac_gym.agents.interface import Interface, Wrappers, base_of, wrappers_fro
 from ftac_gym.baselines.gains import merged, nested
 from ftac_gym.utils.files import reading
 from ftac_gym.utils.parameters import require
+from ftac_gym.utils.serialization import reads_as_number
 
 CONFIGS = Path(__file__).parent / "configs"
 """Folder of the files of hyperparameters, one for each algorithm."""
@@ -98,7 +99,7 @@ def read_hyperparameters(path: Path, environment_id: str, changes: Mapping[str, 
         fields[name] = int(number)
     for name in SCHEDULED:
         value = settings.get(name)
-        numeric = not isinstance(value, str) or _is_number(value.removeprefix("lin_"))
+        numeric = not isinstance(value, str) or reads_as_number(value.removeprefix("lin_"))
         require(numeric, name, "must be a number or lin_NUMBER", value)
     fields["normalize"] = bool(fields.get("normalize"))
     interface = Interface(env_kwargs.pop("observation", "attitude"), wrappers, hold)
@@ -149,14 +150,6 @@ def parse_assignments(texts: Sequence[str], field_name: str) -> dict[str, Any]:
         name, sign, value = text.partition("=")
         require(bool(sign and name), field_name, "must be words NAME=VALUE", text)
         values[name] = yaml.safe_load(value)
-        if isinstance(values[name], str) and _is_number(value):
+        if isinstance(values[name], str) and reads_as_number(value):
             values[name] = float(value)  # YAML 1.1 reads 1e-4 as text
     return values
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

@@ -79,6 +79,15 @@ def to_plain(value: Any) -> Any:
     return value
 
 
+def reads_as_number(text: str) -> bool:
+    """Tell whether a text is a number in Python's form, ``"1e-4"`` for example."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
 def parse_json(text: str | bytes, path: str = "JSON") -> Any:
     """Return the data of JSON text, strictly.
 
