@@ -1,0 +1,145 @@
+"""Censored times, shares and rates of events, with 95 % intervals of their own distributions.
+
+They describe independent events. Several faults of an episode are not quite that, and the same faults of several
+policies are paired: differences of policies need :mod:`ftac_gym.evaluation.statistics`.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy import stats
+
+from ftac_gym.evaluation.statistics import Estimate
+from ftac_gym.utils.parameters import FloatArray, require
+
+LEVEL = 0.95
+"""Level of the intervals."""
+
+
+@dataclass(frozen=True, eq=False)
+class Survival:
+    """Kaplan-Meier estimate of the share of times that exceed each time.
+
+    Attributes
+    ----------
+    times
+        (K,) increasing times, those of events and those of censored ones.
+    share, low, high
+        (K,) share beyond each of them, from there on, with pointwise intervals (logarithm of the logarithm).
+    events, total
+        Number of events, and of all times.
+    """
+
+    times: FloatArray
+    share: FloatArray
+    low: FloatArray
+    high: FloatArray
+    events: int
+    total: int
+
+    def within(self, limit: float) -> Estimate:
+        """Return the share of times up to a limit, both included; NaN without times."""
+        last = int(np.searchsorted(self.times, limit, side="right")) - 1
+        if not self.total or last < 0:
+            value = 0.0 if self.total else np.nan
+            return Estimate(value, value, value, self.total, self.events, self.total)
+        value, low, high = (1.0 - float(curve[last]) for curve in (self.share, self.high, self.low))
+        return Estimate(value, low, high, self.total, self.events, self.total)
+
+    @property
+    def median(self) -> Estimate:
+        """Median time with its interval (Brookmeyer and Crowley 1982); infinite if half of them lie beyond all events.
+
+        NaN without times.
+        """
+        value, low, high = (self._first(curve) for curve in (self.share, self.low, self.high))
+        return Estimate(value, low, high, self.total, self.events, self.total)
+
+    def _first(self, curve: FloatArray) -> float:
+        """Return the first time at which a curve is at most one half."""
+        if not self.total:
+            return np.nan
+        # Products of shares round: one half can end up a bit above itself.
+        reached = np.flatnonzero(curve <= 0.5 + 1e-12)
+        return float(self.times[reached[0]]) if reached.size else np.inf
+
+
+def survival(times: npt.ArrayLike, observed: npt.ArrayLike) -> Survival:
+    """Estimate the distribution of times that are only known to exceed a limit where no event was observed.
+
+    Parameters
+    ----------
+    times
+        (M,) time of the event, or time for which none was observed.
+    observed
+        (M,) whether the event was observed; the time is censored where it was not.
+
+    Raises
+    ------
+    ValueError
+        If the two do not match, or a time is negative or not finite.
+    """
+    found = np.asarray(times, dtype=np.float64)
+    seen = np.asarray(observed, dtype=np.bool_)
+    require(found.ndim == 1 and found.shape == seen.shape, "observed", f"must have shape {found.shape}", seen.shape)
+    valid = bool(np.isfinite(found).all() and (found >= 0.0).all())
+    require(valid, "times", "must be finite and not negative", found)
+    if not found.size:
+        nothing = np.zeros(0)
+        return Survival(nothing, nothing, nothing, nothing, 0, 0)
+    sample = stats.CensoredData(uncensored=found[seen], right=found[~seen])
+    curve = stats.ecdf(sample).sf
+    share = curve.probabilities
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore", RuntimeWarning)
+        band: Any = curve.confidence_interval(LEVEL, method="log-log")
+    # The band is not defined where the share is one or zero.
+    low, high = (np.where(np.isnan(end.probabilities), share, end.probabilities) for end in (band.low, band.high))
+    return Survival(curve.quantiles, share, low, high, int(seen.sum()), len(found))
+
+
+def share_of_count(count: int, total: int) -> Estimate:
+    """Return a share of independent cases with Wilson's interval; NaN without cases.
+
+    The interval covers near shares of zero and one too, where a bootstrap of equal values has no width.
+
+    Raises
+    ------
+    ValueError
+        If the count is not within [0, total].
+    """
+    require(0 <= count <= total, "count", f"must be within [0, {total}]", count)
+    if not total:
+        return Estimate(np.nan, np.nan, np.nan, 0, 0, 0)
+    ends = stats.binomtest(int(count), int(total)).proportion_ci(LEVEL, method="wilson")
+    return Estimate(count / total, float(ends.low), float(ends.high), int(total), int(total), int(total))
+
+
+def rate_of_count(count: int, exposure: float) -> Estimate:
+    """Return a rate of independent events with the exact interval of Poisson's distribution (Garwood 1936).
+
+    Parameters
+    ----------
+    count
+        Number of events.
+    exposure
+        Time in which they were counted; the rate has its inverse unit. NaN for none.
+
+    Raises
+    ------
+    ValueError
+        If the count or the exposure is negative.
+    """
+    require(count >= 0, "count", "must not be negative", count)
+    require(exposure >= 0.0, "exposure", "must not be negative", exposure)
+    if exposure == 0.0:
+        return Estimate(np.nan, np.nan, np.nan, 0, 0, 0)
+    tail = 0.5 * (1.0 - LEVEL)
+    low = stats.chi2.ppf(tail, 2 * count) / 2.0 if count else 0.0
+    high = stats.chi2.ppf(1.0 - tail, 2 * (count + 1)) / 2.0
+    return Estimate(count / exposure, float(low) / exposure, float(high) / exposure, count, count, count)
