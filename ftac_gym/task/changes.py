@@ -20,7 +20,8 @@ def changed(present: Any, change: Any, field: str, hint: Any) -> Any:
         Its value before.
     change
         The new value; a dict with ``"type"``, in the form of :meth:`~ftac_gym.task.scenario.Scenario.to_dict`; or a
-        dict of some fields, which change the part that is there, or the default part where there is none.
+        dict of some fields, which change the part that is there, or the default part where there is none. A list may
+        hold such dicts with ``"type"``.
     field
         Name of the field, for messages.
     hint
@@ -33,6 +34,9 @@ def changed(present: Any, change: Any, field: str, hint: Any) -> Any:
     """
     if isinstance(change, Mapping):
         return from_plain(_merged(present, change, hint), field, hint)
+    if isinstance(change, (list, tuple)):
+        parts = enumerate(change)
+        return tuple(from_plain(p, f"{field}[{k}]", hint) if isinstance(p, Mapping) else p for k, p in parts)
     return change
 
 

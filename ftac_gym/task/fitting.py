@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ftac_gym.faults.checking import check_faults
-from ftac_gym.task.disturbances import DISTURBANCE, HARMONIC, Disturbance
+from ftac_gym.task.disturbances import DISTURBANCE, HARMONIC
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.inertia import INERTIA, InertiaUncertainty
 from ftac_gym.task.initial_state import initial_dtype
@@ -82,7 +82,7 @@ def _check_forms(episodes: Episodes, scenario: Scenario) -> None:
     ):
         given: tuple[int, ...] = getattr(getattr(episodes, name), "shape", ())
         require(given[1:2] == (count,), "episodes", rule, given[1] if len(given) > 1 else None)
-    torque = scenario.disturbance or Disturbance()
+    torque = scenario.external_torque
     _, harmonics = torque.draw(np.zeros((0, torque.uniform_count)), np.zeros((0, 3, 3)))
     _, points = scenario.reference.draw(np.zeros((0, scenario.reference.uniform_count)))
     forms: Mapping[str, tuple[Any, tuple[int, ...]]] = {
@@ -153,9 +153,9 @@ def _check_torque(episodes: Episodes, scenario: Scenario, least: float, most: fl
 
     A torque that grows with the rate may double 1 rad/s at most.
     """
-    source = scenario.disturbance
+    source = scenario.external_torque
     # A part of a series can be larger than the sum, about which the bound is.
-    own = 0.0 if source is None else 4.0 * source.largest_torque(most)
+    own = 4.0 * source.largest_torque(most)
     fastest, scaled = fastest_rate(scenario), episodes.disturbance["rate_scaled"] > 0.0
     limit = np.maximum(own, np.where(scaled, min(fastest, 1.0), fastest) * least / push_time(scenario))
     sizes = {
@@ -168,7 +168,7 @@ def _check_torque(episodes: Episodes, scenario: Scenario, least: float, most: fl
         check_values(torque, small, name)
     offset = episodes.disturbance["rate_offset"]
     torque = sum(sizes.values()) * scaled * offset
-    own *= getattr(source, "rate_offset", None) or 0.0
+    own *= source.rate_offset or 0.0
     most_torque = max(3.0 * own, fastest * least / push_time(scenario))
     slow: Rule = lambda values: values <= most_torque, f"times the torque must be at most {most_torque:.4g} N m"
     check_values(torque, slow, "disturbance.rate_offset")

@@ -115,9 +115,10 @@ def _check_frequencies(scenario: Scenario) -> None:
     if isinstance(reference, (MRPSinusoid, RateProfile)):
         for axis, (amplitude, frequency) in enumerate(zip(reference.amplitude, reference.frequency, strict=True)):
             waves.append((f"reference.frequency[{axis}]", amplitude, frequency))
-    for index, harmonic in enumerate(getattr(scenario.disturbance, "harmonics", ())):
-        swing = max(map(largest, harmonic.amplitude))
-        waves.append((f"disturbance.harmonics[{index}].frequency", swing, harmonic.frequency))
+    for path, source in scenario.external_torque.paths:
+        for index, harmonic in enumerate(getattr(source, "harmonics", ())):
+            swing = max(map(largest, harmonic.amplitude))
+            waves.append((f"{path}.harmonics[{index}].frequency", swing, harmonic.frequency))
     if (inertia := scenario.inertia_uncertainty) is not None:
         for axis, (size, rate) in enumerate(zip(inertia.amplitude, inertia.frequency, strict=True)):
             waves.append((f"inertia_uncertainty.frequency[{axis}]", size, rate))

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ftac_gym.faults.wheel_faults import Bias, FrictionRise, HardOver, Seizure
-from ftac_gym.task.disturbances import Disturbance
 from ftac_gym.task.inertia import InertiaUncertainty
 from ftac_gym.task.vibration import AppendageUncertainty
 from ftac_gym.utils.parameters import FloatArray, largest, require
@@ -58,7 +57,9 @@ def check_reach(scenario: Scenario, commanded: bool = False) -> None:
     rate = sum(shares.values())
     parts = ", ".join(f"{name} {share:.3g}" for name, share in shares.items() if share > 0.0)
     rule = "must not make the rate diverge (a torque that grows with the rate)"
-    require(rate < math.inf, "disturbance.rate_offset", rule, getattr(scenario.disturbance, "rate_offset", None))
+    torque = scenario.external_torque
+    path = next((path for path, _ in torque.paths), "disturbance")
+    require(rate < math.inf, f"{path}.rate_offset", rule, torque.rate_offset)
     longest = LARGEST_TURN / ratio / rate if rate > 0.0 else math.inf
     rule = f"must be at most {longest:.3g} s, or tumble_rate or momentum limits be lower: the rate could reach"
     require(rate <= fastest, "physics_step", f"{rule} {rate:.4g} rad/s ({parts}){nutation}", step)
@@ -99,7 +100,7 @@ def moment_ratios(inertia: FloatArray) -> FloatArray:
 
 def _shares(scenario: Scenario, commanded: bool) -> dict[str, float]:
     """Return what each part can add to the rate [rad/s]."""
-    initial, wheels, disturbance = scenario.initial_state, scenario.spacecraft.wheels, scenario.disturbance
+    initial, wheels, disturbance = scenario.initial_state, scenario.spacecraft.wheels, scenario.external_torque
     least, most = extreme_moments(scenario)
     start = initial.largest_rate * math.sqrt(most / least) + _modal_momentum(scenario) / least
     at_start = np.minimum(initial.largest_momentum(wheels.count), wheels.momentum_limits)
@@ -114,8 +115,7 @@ def _shares(scenario: Scenario, commanded: bool) -> dict[str, float]:
         return _span(axes, np.maximum(impulse, torque * scenario.physics_step)) / least
 
     time = push_time(scenario)
-    external = 0.0 if disturbance is None else disturbance.largest_torque(most) / least
-    offset = getattr(disturbance, "rate_offset", None)
+    external, offset = disturbance.largest_torque(most) / least, disturbance.rate_offset
     steady = external if offset is None else external * offset
     shares = {"start": start, "wheels": given(time), "external torque": steady * time}
     if scenario.tumble_rate is not None:
@@ -123,7 +123,7 @@ def _shares(scenario: Scenario, commanded: bool) -> dict[str, float]:
         name, rate = max(("start", start), ("tumble_rate", scenario.tumble_rate), key=lambda share: share[1])
         period = scenario.control_period
         shares = min(shares, {name: rate, "wheels": given(period), "external torque": steady * period}, key=_total)
-    if isinstance(disturbance, Disturbance) and offset is not None:
+    if offset is not None:
         grown = _grown(start, given(time) / time + steady, disturbance.swing(time) / least / time, time)
         shares = max(shares, {"growing torque": grown}, key=_total)
     # Stored momentum makes the body nutate, and brakes give it to the body.

@@ -19,6 +19,7 @@ from ftac_gym.spacecraft.spacecraft import Spacecraft
 from ftac_gym.task.changes import changed, changed_faults
 from ftac_gym.task.disturbances import Disturbance
 from ftac_gym.task.episodes import Episodes
+from ftac_gym.task.external_torque import ExternalTorque, checked
 from ftac_gym.task.feasibility import Demand, feasibility_labels
 from ftac_gym.task.inertia import InertiaUncertainty
 from ftac_gym.task.initial_state import InitialState
@@ -67,7 +68,7 @@ class Scenario:
     faults
         Fault distribution or schedule.
     disturbance
-        External torque.
+        External torque; of several disturbances in a tuple it is the sum.
     sensors
         Sensor errors.
     inertia_uncertainty
@@ -105,7 +106,7 @@ class Scenario:
     initial_state: InitialState = field(default_factory=InitialState)
     reference: SetPoints | MRPSinusoid | RateProfile | SampledReference = field(default_factory=SetPoints)
     faults: FaultDistribution | FaultSchedule | None = None
-    disturbance: Disturbance | LowOrbitTorque | None = None
+    disturbance: Disturbance | LowOrbitTorque | tuple[Disturbance | LowOrbitTorque, ...] | None = None
     sensors: SensorErrors | None = None
     inertia_uncertainty: InertiaUncertainty | None = None
     control_period: float = 0.1
@@ -125,6 +126,7 @@ class Scenario:
             value = getattr(self, name)
             names = " or ".join("None" if part is type(None) else part.__name__ for part in get_args(hint) or (hint,))
             require(isinstance(value, hint), name, f"must be a {names}", value)
+        object.__setattr__(self, "disturbance", checked(self.disturbance))
         normalise(self, positive, "control_period", "physics_step", "duration")
         normalise(self, optional(positive), "tumble_rate")
         check_numbers(self)
@@ -171,6 +173,11 @@ class Scenario:
         return () if self.faults is None else tuple(self.faults.faults)
 
     @property
+    def external_torque(self) -> ExternalTorque:
+        """Sum of the disturbances."""
+        return ExternalTorque.of(self.disturbance)
+
+    @property
     def substeps(self) -> int:
         """Physics steps per control period."""
         return round(self.control_period / self.physics_step)
@@ -188,6 +195,7 @@ class Scenario:
         - a dict of some of its fields changes the part that is there, or the default part where there is none, as in
           ``reward={"on_target": 1.0}`` or ``spacecraft={"wheels": {"torque_limit": 0.1}}``;
         - a dict with ``"type"``, in the form of :meth:`to_dict`, is a new part;
+        - several disturbances may be a list of objects and of such dicts;
         - faults may be one fault or a list of faults, or text as in ``faults="outage:0@5, bias:2@20"``, see
           :func:`~ftac_gym.faults.specification.parse_all`.
 
@@ -263,7 +271,7 @@ class Scenario:
         # The defaults of these parts draw nominal values, no faults and no torque.
         uncertainty = self.inertia_uncertainty or InertiaUncertainty()
         vibration = self.appendage_uncertainty or AppendageUncertainty()
-        source, torque = self.faults or FaultSchedule(()), self.disturbance or Disturbance()
+        source, torque = self.faults or FaultSchedule(()), self.external_torque
         uniform = deviates(Stream.INITIAL_STATE, self.initial_state.uniform_count(wheels.count, spacecraft.modes))
         initial = self.initial_state.draw(uniform, wheels.momentum_limits, spacecraft.modes)
         inertia = uncertainty.draw(spacecraft.inertia_matrix, deviates(Stream.INERTIA, uncertainty.uniform_count))

@@ -152,7 +152,7 @@ references = (
         attitude=quaternions,
     )
 )
-disturbances = st.builds(
+single_disturbances = st.builds(
     Disturbance,
     constant=triples(intervals(1e-6, 1.0)),
     harmonics=st.lists(
@@ -167,6 +167,7 @@ disturbances = st.builds(
     residual_dipole=ranges(1e-3, 1e3),
     density_factor=ranges(0.1, 10.0),
 )
+disturbances = single_disturbances | st.lists(single_disturbances, min_size=1, max_size=3).map(tuple)
 sensor_errors = st.builds(
     SensorErrors,
     attitude_noise=sizes(1e-6, 1.0),
