@@ -66,6 +66,7 @@ def plant_call(simulator: Simulator) -> Callable[[], None]:
     def call() -> None:
         np.negative(simulator.last_command, out=simulator.last_command)
         advance(*arguments)
+        simulator.ticks += 1
 
     return call
 

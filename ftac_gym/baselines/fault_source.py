@@ -69,7 +69,7 @@ class FaultSource:
     def update(self, measurement: Measurement) -> FaultEstimate | None:
         """Take in a measurement and return the estimate for the controller; None for healthy wheels."""
         if self._observer is not None:
-            return self._observer.update(measurement, measurement.last_command, self._period)
+            return self._observer.update(measurement, measurement.command_in_effect, self._period)
         if self._kind == "oracle":
             truth = measurement.truth
             if truth is None:

@@ -1,8 +1,9 @@
 """Compiled plant: wheels with faults, then the body, one spacecraft after the other.
 
-The body does not act on the wheels: their momentum changes by the torque alone. Each control period therefore first
-turns every wheel through all its physics steps and stores its torque at the three stage times of RK4. The body is then
-integrated with the sums of these torques, together with the flexible modes if there are any.
+The body does not act on the wheels: their momentum changes by the torque alone. Each part of a control period, under
+one command, therefore first turns every wheel through all its physics steps and stores its torque at the three stage
+times of RK4. The body is then integrated with the sums of these torques, together with the flexible modes if there are
+any.
 
 Faults switch on and off only between physics steps: within a step the torque is smooth, and RK4 keeps its order.
 """
@@ -144,8 +145,9 @@ def advance(
     motor_torque: Any,
     last_torque: Any,
     ticks: Any,
-    command: Any,
-    past: Any,
+    first: int,
+    commands: Any,
+    lag: Any,
     array: Any,
     coupled: bool,
     inertia: Any,
@@ -159,8 +161,9 @@ def advance(
     harmonics: Any,
     step: float,
     substeps: int,
+    period: float,
 ) -> None:
-    """Advance spacecraft ``start`` to ``stop - 1`` by one control period, in place, by classical RK4.
+    """Advance spacecraft ``start`` to ``stop - 1`` through a part of a control period, in place, by classical RK4.
 
     A wheel that would pass its momentum limit within a step gives the share of its torque that takes it there.
 
@@ -174,8 +177,10 @@ def advance(
         State of the wheels, (N, m) each [N m s, N m, N m].
     ticks
         (N,) control periods since the start of the episode.
-    command, past
-        (N, m) commands [N m], and (N, D, m) the D commands before, latest first; D may be zero if no fault delays.
+    first
+        First physics step of the part.
+    commands, lag
+        (D, N, m) commands [N m], latest first, and (N,) position of that in effect where no fault delays.
     array, coupled
         WHEEL records (m,); True if the stored momentum acts on the body.
     inertia, rate_torque
@@ -188,16 +193,17 @@ def advance(
     steady, harmonics
         DISTURBANCE records (N,) and HARMONIC records (N, K).
     step, substeps
-        Physics step [s], and number of them in a control period.
+        Physics step [s], and number of them in the part.
+    period
+        Control period [s].
     """
     count = array.shape[0]
     external = np.empty((2 * substeps + 1, 3))
     actuation = np.empty((substeps, 9))
-    delays = past.shape[1]
     work = np.empty((ROWS, 0 if appendages is None else appendages.shape[1]))
-    period = step * substeps
+    length = step * substeps
     for i in range(start, stop):
-        begin = ticks[i] * period
+        begin = ticks[i] * period + first * step
         fill_disturbance(external, steady[i], harmonics[i], begin, step)
         stored = (0.0, 0.0, 0.0)
         total = (0.0, 0.0, 0.0)
@@ -209,33 +215,26 @@ def advance(
             if coupled:
                 stored = add3(stored, momentum, axis)
             if wheel.ideal > 0.5:
-                torque = min(max(command[i, j], -wheel.torque_limit), wheel.torque_limit)
+                torque = min(max(commands[lag[i], i, j], -wheel.torque_limit), wheel.torque_limit)
                 constant = True
-                if not untouched(faults, i, j, begin, begin + period):
+                if not untouched(faults, i, j, begin, begin + length):
                     constant, locked, delay, effectiveness, bias, _, _, brake = constant_signals(
-                        faults, i, j, begin, begin + period
+                        faults, i, j, begin, begin + length
                     )
                     constant = constant and delay == 0 and brake == 0.0
                     torque = last_torque[i, j] if locked else effectiveness * torque + bias
                 if constant:
-                    reached = momentum - period * torque
+                    reached = momentum - length * torque
                     if abs(reached) <= wheel.momentum_limit:
                         total = add3(total, torque, axis)
                         wheel_momentum[i, j] = reached
                         last_torque[i, j] = torque
                         continue
             wheel_momentum[i, j], motor_torque[i, j], last_torque[i, j] = turn_wheel(
-                array, faults, switches, i, j, command[i, j], past, momentum, motor_torque[i, j], last_torque[i, j],
+                array, faults, switches, i, j, commands, lag[i], momentum, motor_torque[i, j], last_torque[i, j],
                 begin, step, substeps, actuation,
             )  # fmt: skip
-        if delays > 0:
-            for j in range(count):
-                for age in range(delays - 1, 0, -1):
-                    past[i, age, j] = past[i, age - 1, j]
-                past[i, 0, j] = command[i, j]
-
         turn_body(
             i, begin, attitude, rate, coupled, stored, total, actuation, inertia, rate_torque, appendages,
             modal_displacement, modal_rate, work, steady, external, step, substeps,
         )  # fmt: skip
-        ticks[i] += 1

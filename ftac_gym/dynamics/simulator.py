@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import config
 
+from ftac_gym.dynamics.command_queue import CommandQueue
 from ftac_gym.dynamics.divergence import MOVED, SEEN, divergence
 from ftac_gym.dynamics.merging import merged, with_faults
 from ftac_gym.dynamics.plant import advance
@@ -79,8 +80,7 @@ class Simulator:
         self.reference_rate, self.reference_acceleration = np.zeros((count, 3)), np.zeros((count, 3))
         self.measured_rate, self._gyro_bias = np.zeros((count, 3)), np.zeros((count, 3))
         self.star_tracker_valid = np.ones(count, dtype=np.bool_)
-        self.last_command = np.zeros((count, wheels.count))
-        self._past = np.zeros((count, 0, wheels.count))
+        self._queue = CommandQueue(count, wheels.count, scenario.delay_steps, scenario.substeps)
         self._indices = np.arange(count)
         self._episodes: Episodes | None = None
         self._pool: tuple[int, ThreadPoolExecutor] | None = None
@@ -99,6 +99,16 @@ class Simulator:
     def time(self) -> FloatArray:
         """(N,) time since the start of each episode [s]."""
         return self.ticks.astype(np.float64) * self.scenario.control_period
+
+    @property
+    def last_command(self) -> FloatArray:
+        """(N, m) command given last [N m], a view: what is written to it is held by :meth:`advance`."""
+        return self._queue.latest
+
+    @property
+    def command_in_effect(self) -> FloatArray:
+        """(N, m) mean command in effect over the last control period [N m], by the nominal loop delay."""
+        return self._queue.in_effect
 
     @property
     def faults(self) -> DrawnFaults:
@@ -167,13 +177,13 @@ class Simulator:
         for name in initial.dtype.names or ():
             getattr(self.state, name)[rows] = initial[name][rows]
         self._gyro_bias[rows] = self._episodes.sensors["gyro_bias"][rows]
-        self._allow_delays(episodes.faults)
-        for array in (self.state.wheel_torque, self.state.motor_torque, self.last_command, self._past, self.ticks):
+        self._queue.begin(rows, episodes.extra_delay, _longest_delay(episodes.faults))
+        for array in (self.state.wheel_torque, self.state.motor_torque, self.ticks):
             array[rows] = 0
         self._sense(rows)
 
     def step(self, command: npt.ArrayLike) -> None:
-        """Hold a command for one control period.
+        """Give a command and advance by one control period; the command takes effect after the loop delay.
 
         Parameters
         ----------
@@ -197,26 +207,33 @@ class Simulator:
         self.advance()
 
     def advance(self) -> None:
-        """Hold ``last_command`` for one control period, without the checks and the limiter of :meth:`step`."""
-        shared = self.plant_arguments()
+        """Advance by one control period after ``last_command``, without the checks and the limiter of :meth:`step`."""
+        for part in range(len(self._queue.parts)):
+            self._turn(self.plant_arguments(part))
+        self.ticks += 1
+        self._queue.shift()
+        self._sense(self._indices)
+
+    def _turn(self, shared: tuple[Any, ...]) -> None:
+        """Advance all spacecraft by a part of a control period, each thread some of them."""
         parts = min(self.threads, max(1, self.num_spacecraft // THREAD_BATCH))
         if parts == 1:
             advance(0, self.num_spacecraft, *shared)
         else:
             edges = np.linspace(0, self.num_spacecraft, parts + 1).astype(int)
             list(self._threads().map(lambda first, end: advance(first, end, *shared), edges[:-1], edges[1:]))
-        self._sense(self._indices)
 
-    def plant_arguments(self) -> tuple[Any, ...]:
-        """Return the arguments of the compiled plant after the range of spacecraft."""
-        episodes, state = self._drawn(), self.state
+    def plant_arguments(self, part: int = -1) -> tuple[Any, ...]:
+        """Return the arguments of the compiled plant after the range of spacecraft, for a part of a control period."""
+        episodes, state, queue = self._drawn(), self.state, self._queue
+        further, first, steps = queue.parts[part]
         # With None the compiler makes a plant without modes.
         bending = (episodes.modes, state.modal_displacement, state.modal_rate) if self._bends else (None, None, None)
         return (
-            state.attitude, state.rate, state.wheel_momentum, state.motor_torque, state.wheel_torque, self.ticks,
-            self.last_command, self._past, self._wheel_table, self._coupled, episodes.inertia, self._rate_torque,
-            *bending, episodes.faults, episodes.switches, episodes.disturbance, episodes.harmonics, self._step,
-            self._substeps,
+            state.attitude, state.rate, state.wheel_momentum, state.motor_torque, state.wheel_torque,
+            self.ticks, first, queue.commands, queue.lag + further, self._wheel_table, self._coupled, episodes.inertia,
+            self._rate_torque, *bending, episodes.faults, episodes.switches, episodes.disturbance, episodes.harmonics,
+            self._step, steps, self._step * self._substeps,
         )  # fmt: skip
 
     def set_faults(self, drawn: DrawnFaults) -> None:
@@ -243,12 +260,7 @@ class Simulator:
         check_faults(drawn, count, wheels)
         # A copy: new episodes are written to the tables.
         self._episodes = with_faults(self._drawn(), drawn.copy())
-        self._allow_delays(drawn.wheels)
-
-    def _allow_delays(self, faults: npt.NDArray[np.void]) -> None:
-        """Store past commands from now on if these faults may delay one."""
-        if not self._past.shape[1] and (faults["delay"] > 0).any():
-            self._past = np.repeat(self.last_command[:, None], LONGEST_DELAY, axis=1)
+        self._queue.allow(_longest_delay(drawn.wheels))
 
     def truth(self) -> FaultEffect:
         """Return the present effect of the faults of all spacecraft."""
@@ -269,6 +281,7 @@ class Simulator:
             rate=self.measured_rate.copy(),
             wheel_momentum=self.state.wheel_momentum.copy(),
             last_command=self.last_command.copy(),
+            command_in_effect=self.command_in_effect.copy(),
             star_tracker_valid=self.star_tracker_valid.copy(),
             reference_attitude=self.reference_attitude.copy(),
             reference_rate=self.reference_rate.copy(),
@@ -299,6 +312,11 @@ class Simulator:
         if diverged:
             parts = {name: getattr(state, name) for name in MOVED}, {name: getattr(self, name) for name in SEEN}
             raise divergence(*parts, self.time, rows, self._largest_rate)
+
+
+def _longest_delay(faults: npt.NDArray[np.void]) -> int:
+    """Return the longest delay of commands that any fault can have if one of these has one [control periods]."""
+    return LONGEST_DELAY if (faults["delay"] > 0).any() else 0
 
 
 def _copied(episodes: Episodes, scenario: Scenario) -> Episodes:

@@ -71,8 +71,8 @@ def turn_wheel(
     switches: Any,
     i: int,
     j: int,
-    command: float,
-    past: Any,
+    commands: Any,
+    lag: int,
     momentum: float,
     motor: float,
     last: float,
@@ -81,14 +81,14 @@ def turn_wheel(
     substeps: int,
     actuation: Any,
 ) -> Any:
-    """Turn wheel j of spacecraft i through a control period, physics step by physics step.
+    """Turn wheel j of spacecraft i through a control period or a part of it, physics step by physics step.
 
     Parameters
     ----------
     array, faults, switches
         WHEEL records (m,), FAULT records (N, m, layers), switching times (N, chains, FLIPS).
-    command, past
-        Command of this period [N m], and those before it (N, D, m), latest first.
+    commands, lag
+        Commands (D, N, m) [N m], latest first, and the position of that in effect where no fault delays.
     momentum, motor, last
         State: momentum [N m s], motor torque [N m], torque on the body at the end of the step before [N m].
     begin, step, substeps
@@ -121,7 +121,7 @@ def turn_wheel(
                 faults, switches, i, j, time, step
             )
         if substep == 0 or not constant:
-            limited = within_limits(wheel, command if delay == 0 else past[i, delay - 1, j])
+            limited = within_limits(wheel, commands[lag + delay, i, j])
             missing = limited - motor if lag_left > 0.0 else 0.0
             full_1, full_2, full_4 = e_1 * limited + b_1, e_2 * limited + b_2, e_4 * limited + b_4
             pushed = push_1 * full_1 + push_2 * full_2 + push_4 * full_4

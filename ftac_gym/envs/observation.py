@@ -50,7 +50,7 @@ def observation_layout(scenario: Scenario, tier: str) -> ObservationLayout:
     """Lay out the observation of a scenario and an information tier.
 
     With e the vector part of the measured error quaternion (short way), w_e the measured rate error in body axes, and
-    m wheels:
+    m wheels, of which u is the command in effect over the last period by the nominal loop delay:
 
     ============================ ==== ==================================================================================
     ``attitude_error``           3    e
@@ -58,7 +58,7 @@ def observation_layout(scenario: Scenario, tier: str) -> ObservationLayout:
     ``attitude_error_finest``    3    tanh(400 e)
     ``rate_error``               3    w_e / 0.1 rad/s
     ``rate_error_fine``          3    tanh(200 w_e s/rad)
-    ``last_command``             m    wheel command over torque limit
+    ``last_command``             m    wheel command given last, over torque limit
     ``model_residual``           3    low-passed J dw/dt + w x J w - D u over the mean torque limit, nominal J, D (with
                                       the stored wheel momentum in w x J w from the telemetry tier on)
     ``reference_rate``           3    moving references only: in body axes, / 0.1 rad/s

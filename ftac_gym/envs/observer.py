@@ -54,8 +54,9 @@ class Observer:
         simulator, state = self._simulator, self._simulator.state
         _observe(
             rows, simulator.ticks, simulator.measured_attitude, simulator.measured_rate, state.wheel_momentum,
-            simulator.last_command, simulator.reference_attitude, simulator.reference_rate,
-            simulator.reference_acceleration, simulator.star_tracker_valid, *self._constants, *self._filters, out,
+            simulator.last_command, simulator.command_in_effect, simulator.reference_attitude,
+            simulator.reference_rate, simulator.reference_acceleration, simulator.star_tracker_valid, *self._constants,
+            *self._filters, out,
         )  # fmt: skip
         if self._modal_scales is not None and self._tier > 0:
             for name, scale in zip(("modal_displacement", "modal_rate"), self._modal_scales, strict=True):
@@ -111,6 +112,7 @@ def _observe(
     rate: Any,
     wheel_momentum: Any,
     command: Any,
+    in_effect: Any,
     reference_attitude: Any,
     reference_rate: Any,
     reference_acceleration: Any,
@@ -163,7 +165,7 @@ def _observe(
         for j in range(wheels):
             axis = (axes[0, j], axes[1, j], axes[2, j])
             out[i, 15 + j] = command[i, j] / torque_limits[j]
-            torque = add3(torque, command[i, j], axis)
+            torque = add3(torque, in_effect[i, j], axis)
             if tier > 0:
                 momentum = wheel_momentum[i, j]
                 if coupled:
@@ -171,7 +173,7 @@ def _observe(
                 if ticks[i] == 0:
                     wheel_residual[i, j] = 0.0
                 else:
-                    excess = (last_momentum[i, j] - momentum) / period - command[i, j]
+                    excess = (last_momentum[i, j] - momentum) / period - in_effect[i, j]
                     wheel_residual[i, j] += gain * (excess - wheel_residual[i, j])
                 last_momentum[i, j] = momentum
                 out[i, telemetry + j] = _clip(momentum / momentum_scale[j])

@@ -64,6 +64,8 @@ class Episodes:
         (N,) whether the remaining wheels can do the task; see :mod:`ftac_gym.task.feasibility`.
     modes
         MODE records (N, k) of the vibration modes; k = 0 for rigid spacecraft.
+    extra_delay
+        (N,) loop delay beyond the nominal one, in control periods.
     """
 
     scenario_json: str
@@ -81,6 +83,7 @@ class Episodes:
     set_points: RecordArray
     feasible: npt.NDArray[np.bool_]
     modes: RecordArray
+    extra_delay: npt.NDArray[np.int64]
 
     def __len__(self) -> int:
         """Return the number of episodes N."""

@@ -19,7 +19,7 @@ from ftac_gym.task.inertia import INERTIA, InertiaUncertainty
 from ftac_gym.task.initial_state import initial_dtype
 from ftac_gym.task.reach import LARGEST_TURN, extreme_moments, fastest_rate, moment_ratios, push_time
 from ftac_gym.task.references import REFERENCE, SET_POINT, ReferenceKind
-from ftac_gym.task.scenario import Scenario
+from ftac_gym.task.scenario import LONGEST_EXTRA, Scenario
 from ftac_gym.task.sensors import LARGEST_MISALIGNMENT, SENSOR
 from ftac_gym.task.vibration import LARGEST_PHASE, MODE, check_modes
 from ftac_gym.utils.parameters import FloatArray, fields_named, require
@@ -96,6 +96,7 @@ def _check_forms(episodes: Episodes, scenario: Scenario) -> None:
         "set_points": (SET_POINT, points.shape[1:]),
         "feasible": (np.bool_, ()),
         "modes": (MODE, (modes,)),
+        "extra_delay": (np.int64, ()),
     }
     with fields_named("episodes must fit the scenario: "):
         check_form(episodes.index, np.int64, (None,), "index")
@@ -109,6 +110,11 @@ def _check_numbers(episodes: Episodes, scenario: Scenario) -> None:
     kind = scenario.reference.draw(np.zeros((1, scenario.reference.uniform_count)))[0]["kind"]
     with fields_named("episodes."):
         check_values(episodes.index, NOT_NEGATIVE, "index")
+        short: Rule = (
+            lambda values: (values >= 0) & (values <= LONGEST_EXTRA),
+            f"must be within [0, {LONGEST_EXTRA}] control periods",
+        )
+        check_values(episodes.extra_delay, short, "extra_delay")
         for name, rules in _RULES.items():
             table = getattr(episodes, name)
             check_fields(table, rules, name)

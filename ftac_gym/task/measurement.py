@@ -28,7 +28,8 @@ class Measurement:
     wheel_momentum
         (N, m) wheel momenta from the tachometers [N m s]; only the telemetry tier may use it.
     last_command
-        (N, m) wheel torques commanded in the period that has just ended, within the limits [N m]; zero at the start.
+        (N, m) wheel torques commanded last, at the start of the period that has just ended, within the limits [N m];
+        zero at the start.
     star_tracker_valid
         (N,) whether the star tracker delivers data; only the telemetry tier may use it.
     reference_attitude
@@ -40,6 +41,9 @@ class Measurement:
     modal_displacement, modal_rate
         (N, k) displacement [kg^1/2 m] and rate [kg^1/2 m/s] of the vibration modes, from strain gauges; only the
         telemetry tier may use them. None or k = 0 for rigid spacecraft.
+    command_in_effect
+        (N, m) mean command that was in effect over that period, by the nominal loop delay, within the limits [N m]:
+        the one that explains the motion. None stands for ``last_command``, which it is without a loop delay.
     truth
         Effect of the faults at this moment, which a spacecraft cannot measure. It is None except for an oracle, which
         has the word in its name.
@@ -57,6 +61,12 @@ class Measurement:
     truth: FaultEffect | None = None
     modal_displacement: FloatArray | None = None
     modal_rate: FloatArray | None = None
+    command_in_effect: FloatArray = None  # type: ignore[assignment]  # Never None once it is made.
+
+    def __post_init__(self) -> None:
+        """Take the last command for that in effect where there is no other."""
+        if self.command_in_effect is None:
+            object.__setattr__(self, "command_in_effect", self.last_command)
 
     def take(self, rows: npt.NDArray[np.intp]) -> Measurement:
         """Return the measurement of some spacecraft, by their numbers (n,)."""

@@ -33,10 +33,15 @@ from ftac_gym.task.sensors import SENSOR, SensorErrors
 from ftac_gym.task.vibration import AppendageUncertainty, check_modes
 from ftac_gym.utils.parameters import (
     FloatArray,
+    Interval,
     Matrix,
+    bounds,
+    draw,
     fields_named,
+    interval,
     is_whole,
     matrix,
+    non_negative,
     normalise,
     optional,
     positive,
@@ -45,6 +50,9 @@ from ftac_gym.utils.parameters import (
     rows,
 )
 from ftac_gym.utils.serialization import LATER_PART, from_plain, parse_json, serializable, to_plain
+
+LONGEST_EXTRA = 20
+"""Limit of the extra loop delay [control periods]: the commands of that time are held in memory."""
 
 LARGEST_ERROR = 2.0
 """Limit of the error of a wheel axis, the distance of opposite unit vectors."""
@@ -92,6 +100,12 @@ class Scenario:
     misalignment
         3 x m, in body axes: difference of the true wheel axes from the nominal ones, columns of length 2 at most;
         None for none. The feasibility label leaves it out.
+    loop_delay
+        Time from a measurement until the command that it leads to takes effect [s]; a multiple of ``physics_step``. It
+        is known to on-board software; late wheels come on top.
+    extra_delay
+        Loop delay beyond it, in whole control periods from 0 to 20, which each episode draws and nobody is told; a
+        number or a pair (low, high), both included.
     cost_bounds
         Bounds on pointing error and wheel commands, outside of which time counts as ``info["cost"]``.
 
@@ -119,6 +133,8 @@ class Scenario:
     appendage_uncertainty: AppendageUncertainty | None = field(default=None, metadata=LATER_PART)
     misalignment: Matrix | None = field(default=None, metadata=LATER_PART)
     cost_bounds: CostBounds = field(default=CostBounds(), metadata=LATER_PART)
+    loop_delay: float = field(default=0.0, metadata=LATER_PART)
+    extra_delay: Interval = field(default=0.0, metadata=LATER_PART)
 
     def __post_init__(self) -> None:
         """Check the fields, each alone and together."""
@@ -129,7 +145,11 @@ class Scenario:
         object.__setattr__(self, "disturbance", checked(self.disturbance))
         normalise(self, positive, "control_period", "physics_step", "duration")
         normalise(self, optional(positive), "tumble_rate")
+        normalise(self, non_negative, "loop_delay")
+        normalise(self, lambda value, name: interval(value, name, 0.0, LONGEST_EXTRA), "extra_delay")
         check_numbers(self)
+        whole = all(bound.is_integer() for bound in bounds(self.extra_delay))
+        require(whole, "extra_delay", "must be whole numbers of control periods", self.extra_delay)
         for name, unit_name, count in (
             ("control_period", "physics_step", self.substeps),
             ("duration", "control_period", self.horizon),
@@ -137,6 +157,10 @@ class Scenario:
             value, unit = getattr(self, name), getattr(self, unit_name)
             whole = count >= 1 and abs(count * unit - value) <= 1e-9 * max(1.0, value)
             require(whole, name, f"must be a multiple of {unit_name} = {unit!r} s", value)
+        whole = abs(self.delay_steps * self.physics_step - self.loop_delay) <= 1e-9 * max(1.0, self.loop_delay)
+        rule = f"must be a multiple of physics_step = {self.physics_step!r} s"
+        require(whole, "loop_delay", rule, self.loop_delay)
+        require(self.loop_delay < self.duration, "loop_delay", "must be below the duration", self.loop_delay)
         with fields_named("initial_state."):
             self.initial_state.check(self.spacecraft.wheels.momentum_limits, self.spacecraft.modes)
         if isinstance(self.reference, SampledReference):
@@ -181,6 +205,11 @@ class Scenario:
     def substeps(self) -> int:
         """Physics steps per control period."""
         return round(self.control_period / self.physics_step)
+
+    @property
+    def delay_steps(self) -> int:
+        """Physics steps of the nominal loop delay."""
+        return round(self.loop_delay / self.physics_step)
 
     @property
     def horizon(self) -> int:
@@ -304,8 +333,15 @@ class Scenario:
             set_points=set_points,
             feasible=np.zeros(len(index), dtype=np.bool_),
             modes=modes,
+            extra_delay=self._draw_extra_delay(deviates(Stream.DELAY, 1)[:, 0]),
         )
         return dataclasses.replace(episodes, feasible=self.feasibility(episodes))
+
+    def _draw_extra_delay(self, uniform: FloatArray) -> npt.NDArray[np.int64]:
+        """Return the extra delay (N,) [control periods] at uniform deviates (N,)."""
+        low, high = bounds(self.extra_delay)
+        # The minimum is for a deviate just below one, which rounding can take beyond the interval.
+        return np.minimum(np.floor(draw((low, high + 1.0), uniform)), high).astype(np.int64)
 
     def feasibility(self, episodes: Episodes) -> npt.NDArray[np.bool_]:
         """Label episodes as feasible or not in this scenario, (N,); see :mod:`ftac_gym.task.feasibility`."""

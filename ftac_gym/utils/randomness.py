@@ -44,6 +44,7 @@ class Stream(IntEnum):
     NOISE = 7
     SWITCHING = 8
     MODES = 9
+    DELAY = 10
 
 
 def keys_from_seeds(seeds: Iterable[int]) -> KeyArray:

@@ -150,6 +150,7 @@ def test_measurement_has_one_row_per_craft_in_double_precision():
     measured = start(FLAGSHIP, FLAGSHIP.draw(0, 3)).measurement()
     assert len(measured) == 3
     widths = {"time": (), "attitude": (4,), "rate": (3,), "wheel_momentum": (4,), "last_command": (4,)}
+    widths |= {"command_in_effect": (4,)}
     widths |= {"reference_attitude": (4,), "reference_rate": (3,), "reference_acceleration": (3,)}
     widths |= {"modal_displacement": (0,), "modal_rate": (0,)}
     for name, width in widths.items():

@@ -77,7 +77,9 @@ class ShenClass(FaultTolerantController):
 
     def _monitored(self, measurement: Measurement) -> FloatArray:
         """Return f^ (N, 3) [N m] and advance the monitor."""
-        torque = measurement.last_command @ self._axes_transposed + self.gains.monitor_gain * self._monitor.mismatch
+        torque = (
+            measurement.command_in_effect @ self._axes_transposed + self.gains.monitor_gain * self._monitor.mismatch
+        )
         mismatch, _ = self._monitor.update(measurement, torque, self._period)
         alarm = np.sqrt(np.einsum("ni,ni->n", mismatch, mismatch)) > self.gains.monitor_threshold
         fault_torque: FloatArray = self.gains.monitor_gain * mismatch * alarm[:, None]

@@ -62,7 +62,7 @@ class DisturbanceObserver:
         memory, rate = self._memory, measurement.rate
         last_rate, disturbance = memory["last_rate"], memory["disturbance"]
         acceleration = (rate - last_rate) / self._period
-        explained = measurement.last_command @ self._axes_transposed
+        explained = measurement.command_in_effect @ self._axes_transposed
         gyroscopic = self._gyroscopic.torque(0.5 * (rate + last_rate), measurement.wheel_momentum)
         residual = acceleration @ self._inertia + gyroscopic - explained
         # A spacecraft just reset has no period behind it to balance.
