@@ -1,8 +1,8 @@
 """Compiled plant: wheels with faults, then the body, one spacecraft after the other.
 
-The body does not act on the wheels: their momentum changes by the torque alone. Each part of a control period, under
-one command, therefore first turns every wheel through all its physics steps and stores its torque at the three stage
-times of RK4. The body is then integrated with the sums of these torques, together with the flexible modes if there are
+The body does not act on the wheels: their momentum changes by the torque alone. Each part of a control period has one
+command. First every wheel turns through all its physics steps, and its torque at the three stage times of RK4 is
+stored. The body is then integrated with the sums of these torques, together with the flexible modes if there are
 any.
 
 Faults switch on and off only between physics steps: within a step the torque is smooth, and RK4 keeps its order.

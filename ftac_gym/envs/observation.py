@@ -49,8 +49,8 @@ class ObservationLayout:
 def observation_layout(scenario: Scenario, tier: str) -> ObservationLayout:
     """Lay out the observation of a scenario and an information tier.
 
-    With e the vector part of the measured error quaternion (short way), w_e the measured rate error in body axes, and
-    m wheels, of which u is the command in effect over the last period by the nominal loop delay:
+    Here e is the vector part of the measured error quaternion (short way), and w_e the measured rate error in body axes.
+    There are m wheels, and u is their command in effect over the last period, by the nominal loop delay.
 
     ============================ ==== ==================================================================================
     ``attitude_error``           3    e

@@ -104,7 +104,7 @@ class Scenario:
         Time from a measurement until the command that it leads to takes effect [s]; a multiple of ``physics_step``. It
         is known to on-board software; late wheels come on top.
     extra_delay
-        Loop delay beyond it, in whole control periods from 0 to 20, which each episode draws and nobody is told; a
+        Loop delay beyond it, in whole control periods from 0 to 20, drawn for each episode and told to no policy; a
         number or a pair (low, high), both included.
     cost_bounds
         Bounds on pointing error and wheel commands, outside of which time counts as ``info["cost"]``.
