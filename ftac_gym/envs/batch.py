@@ -121,7 +121,7 @@ class SpacecraftBatch:
             "attitude_error": np.degrees(self.reward.attitude_error),
             "rate_error": np.degrees(self.reward.rate_error),
             "is_success": self.reward.success,
-            "time_on_target": self.reward.periods_on_target / np.maximum(self.simulator.ticks, 1),
+            "availability": self.reward.periods_on_target / np.maximum(self.simulator.ticks, 1),
             "cost": self.reward.outside * self.scenario.control_period,
             "feasible": self.simulator.feasible.copy(),
             **self.true_faults.facts(),

@@ -50,7 +50,7 @@ def total(terms: Any) -> Any:
 
 
 class Reward:
-    """Rewards of N spacecraft; the state is the last error and command, and the periods on target of each.
+    """Rewards of N spacecraft; the state is the last error and command, and each one's periods on target.
 
     Parameters
     ----------
@@ -63,8 +63,6 @@ class Reward:
         self._simulator = simulator
         self._vibration = scenario.reward.vibration
         self._vibration_scale = scenario.reward.vibration_scale
-        self.hold = success_steps(scenario)
-        """Control periods without a break that success asks for."""
         torque_limits = scenario.spacecraft.wheels.torque_limits
         self._constants = (
             torque_limits,
@@ -73,6 +71,7 @@ class Reward:
             scenario.reward.discount,
             scenario.success.angle,
             scenario.success.rate,
+            scenario.success.largest_error,
             math.inf if scenario.tumble_rate is None else scenario.tumble_rate,
         )
         bounds = scenario.cost_bounds
@@ -80,8 +79,9 @@ class Reward:
         cone = scenario.success.angle if bounds.angle is None else bounds.angle
         self._bounds = math.inf if self._bound is not None else cone, bounds.torque
         self._last_command = np.zeros((count, len(torque_limits)))
-        self.periods_held = np.zeros(count, dtype=np.int64)
-        """(N,) control periods on target without a break, up to now."""
+        # Flags of the window's control periods: 1 on target, 2 beyond the largest error. It is written in a circle.
+        self._window = np.zeros((count, min(success_steps(scenario), scenario.horizon)), dtype=np.uint8)
+        self._held = np.zeros((count, 2), dtype=np.int64)
         self.periods_on_target = np.zeros(count, dtype=np.int64)
         """(N,) control periods on target so far."""
         self.attitude_error: FloatArray = np.zeros(count)
@@ -104,7 +104,7 @@ class Reward:
         _reward(
             rows, simulator.ticks, simulator.state.attitude, simulator.state.rate, simulator.last_command,
             simulator.reference_attitude, simulator.reference_rate, *self._constants, *self._bounds,
-            self._last_command, self.periods_held, self.periods_on_target, self.outside, self.attitude_error,
+            self._last_command, self._window, self._held, self.periods_on_target, self.outside, self.attitude_error,
             self.rate_error, terms, tumbling,
         )  # fmt: skip
         if self._bound is not None:
@@ -121,8 +121,12 @@ class Reward:
 
     @property
     def success(self) -> npt.NDArray[np.bool_]:
-        """(N,) mask of the spacecraft that have been on target for the time that success asks for."""
-        return self.periods_held >= self.hold
+        """(N,) mask of the spacecraft for which an episode that ended now would be a success."""
+        scenario = self._simulator.scenario
+        reached: npt.NDArray[np.bool_] = scenario.success.reached(
+            scenario.control_period, self._simulator.ticks, self._held[:, 0], self._held[:, 1]
+        )
+        return reached
 
 
 @entry_point(algebra, contract=False)
@@ -140,11 +144,13 @@ def _reward(
     discount: float,
     cone: float,
     largest_rate: float,
+    largest_error: float,
     tumble_rate: float,
     bound: float,
     torque_bound: float,
     last_command: Any,
-    on_target: Any,
+    window: Any,
+    held: Any,
     periods_on_target: Any,
     outside: Any,
     attitude_error: Any,
@@ -153,7 +159,7 @@ def _reward(
     tumbling: Any,
 ) -> None:
     """Evaluate all terms but that of the vibration modes; the rows of ``terms`` are those of TERMS."""
-    wheels = torque_limits.shape[0]
+    wheels, length = torque_limits.shape[0], window.shape[1]
     scale = 0.2 * cone
     decades = math.log(1.0 + math.pi / scale)
     for index in range(rows.shape[0]):
@@ -173,9 +179,16 @@ def _reward(
             change += step * step / wheels
             last_command[i, j] = command[i, j]
         if ticks[i] == 0:
-            on_target[i], periods_on_target[i], outside[i] = 0, 0, False
+            held[i, 0], held[i, 1], periods_on_target[i], outside[i] = 0, 0, 0, False
         else:
-            on_target[i] = on_target[i] + 1 if good else 0
+            place = (ticks[i] - 1) % length
+            if ticks[i] > length:
+                held[i, 0] -= window[i, place] & 1
+                held[i, 1] -= window[i, place] >> 1
+            beyond = theta > largest_error
+            window[i, place] = (1 if good else 0) + (2 if beyond else 0)
+            held[i, 0] += good
+            held[i, 1] += beyond
             periods_on_target[i] += good
             outside[i] = theta >= bound or highest >= torque_bound
             pointing = weights[0] * max(0.0, 1.0 - math.log(1.0 + theta / scale) / decades)

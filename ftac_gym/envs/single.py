@@ -55,9 +55,9 @@ class SpacecraftFTCEnv(BatchEnvironment, gym.Env[Observation, npt.NDArray[Any]])
     ## Info
 
     - ``time`` [s], ``attitude_error`` [deg], ``rate_error`` [deg/s].
-    - ``is_success``: on target in each of the last control periods, for as long as the scenario's ``success.hold``.
-      Exploration noise breaks such a hold: evaluate without noise.
-    - ``time_on_target``: share of the control periods so far on target, which noise does not hide.
+    - ``availability``: share of the control periods so far on target.
+    - ``is_success``: the scenario's ``success`` over the last ``hold`` seconds: on target for ``share`` of them, and
+      never beyond ``limit`` cones. Exploration noise can hide it: evaluate without noise.
     - ``cost`` [s]: time of this period outside the scenario's ``cost_bounds``, for safe reinforcement learning.
     - ``reward/NAME``, after a step: the terms of the reward.
     - ``feasible``: the remaining wheels can do the task.
@@ -205,8 +205,8 @@ class SpacecraftFTCEnv(BatchEnvironment, gym.Env[Observation, npt.NDArray[Any]])
             "time": ticks * period,
             "attitude_error": math.degrees(reward.attitude_error[0]),
             "rate_error": math.degrees(reward.rate_error[0]),
-            "is_success": int(reward.periods_held[0]) >= reward.hold,
-            "time_on_target": int(reward.periods_on_target[0]) / max(ticks, 1),
+            "is_success": bool(reward.success[0]),
+            "availability": int(reward.periods_on_target[0]) / max(ticks, 1),
             "cost": period if reward.outside[0] else 0.0,
             "feasible": bool(simulator.feasible[0]),
             "fault/kind": faults["fault/kind"][0],

@@ -13,16 +13,17 @@ from ftac_gym.utils.parameters import FloatArray
 
 Metrics = dict[str, FloatArray]
 
-HIGHER_IS_BETTER = frozenset({"success", "return", "bound_kept", "bound_margin"})
+HIGHER_IS_BETTER = frozenset({"availability", "success", "return", "bound_kept", "bound_margin"})
 """Metrics that are better if they are larger; all others are better if they are smaller."""
 
-SHARES = frozenset({"success", "bound_kept"})
-"""Metrics that are 0 or 1: their mean is a share of the episodes."""
+SHARES = frozenset({"availability", "success", "bound_kept"})
+"""Metrics with a mean that is a share itself, of the time or of the episodes; others have robust statistics."""
 
 PARTIAL = frozenset({"peak_after_fault", "recovery_time"})
 """Metrics that are defined for some episodes of a task and not for others: a count belongs beside them."""
 
 UNITS: dict[str, str] = {
+    "availability": "share",
     "success": "share",
     "settling_time": "s",
     "final_error": "deg",
@@ -120,10 +121,12 @@ def episode_metrics(history: Rollout) -> Metrics:
     """Evaluate every episode of a rollout.
 
     Theta is the true pointing error. *On target* means inside the cone and below the rate limit of ``success``; the
-    window is that of the last ``success.hold`` seconds.
+    window is that of the last ``success.hold`` seconds. A sample stands for the control period that it ends.
 
     ===================== ==========================================================================================
-    ``success``           1 if on target in the whole window, else 0
+    ``availability``      share of the control periods on target
+    ``success``           1 if on target for ``success.share`` of the window and never beyond ``success.limit`` cones
+                          in it, else 0
     ``settling_time``     time after which the spacecraft stays on target to the end; the duration if it never does
     ``final_error``       root mean square of theta over the window
     ``final_error_95``    95th percentile of theta over the window
@@ -179,8 +182,12 @@ def episode_metrics(history: Rollout) -> Metrics:
         energy = history.modal_energy
         vibration_energy, residual_energy = energy[1:].sum(axis=0) * period, energy[-hold:].mean(axis=0)
         pull = np.sqrt((history.vibration_torque[-hold:] ** 2).sum(axis=2).mean(axis=0))
+    reached = success.reached(
+        period, steps, on_target[-hold:].sum(axis=0), (error[-hold:] > success.largest_error).sum(axis=0)
+    )
     return {
-        "success": (on_target[-hold:].all(axis=0) & (hold <= steps)).astype(np.float64),
+        "availability": on_target[1:].mean(axis=0),
+        "success": reached.astype(np.float64),
         "settling_time": np.minimum(settled, steps) * period,
         "final_error": np.sqrt(np.mean(window**2, axis=0)),
         "final_error_95": np.percentile(window, 95.0, axis=0),

@@ -40,6 +40,7 @@ _BOUND_METRICS = ("bound_kept", "bound_margin")
 _VIBRATION_METRICS = ("jitter", "modal_energy", "residual_energy", "vibration_torque")
 
 TABLE_METRICS = (
+    "availability",
     "success",
     "settling_time",
     "final_error",

@@ -19,7 +19,7 @@ from ftac_gym.evaluation.tables import episode_classes, judgement, ordered
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, require
 
-METRICS = ("success", "settling_time", "integrated_error", "recovery_time", "energy", "chatter")
+METRICS = ("availability", "success", "settling_time", "integrated_error", "recovery_time", "energy", "chatter")
 """Metrics of the tables: of shares the mean, of the others the interquartile mean."""
 
 RELATIVE = "settling_time_relative"

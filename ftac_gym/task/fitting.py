@@ -39,7 +39,7 @@ def fitted(episodes: Episodes, scenario: Scenario) -> Episodes:
 
     Returns
     -------
-    The same episodes. Their labels of feasibility are kept if duration and time on target are the same, and computed
+    The same episodes. Their labels of feasibility are kept if duration and window of success are the same, and computed
     anew otherwise.
 
     Raises

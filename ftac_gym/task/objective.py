@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -94,7 +95,10 @@ class CostBounds:
 @serializable
 @dataclass(frozen=True)
 class SuccessCriterion:
-    """Criterion of success: inside the cone and slow for the last seconds.
+    """Criterion of success: on target for a share of the last seconds, and never far away in them.
+
+    *On target* means inside the cone and slow. The window is that of the last ``hold`` seconds. A spacecraft that
+    leaves the cone by tenths of a second of noise still passes; one that is thrown out of it does not.
 
     Parameters
     ----------
@@ -103,13 +107,54 @@ class SuccessCriterion:
     rate
         Largest rate error [rad/s].
     hold
-        Time before the end for which both must hold [s].
+        Length of the window before the end [s].
+    share
+        Least share of the window's control periods on target, in (0, 1]; 1 asks for each of them.
+    limit
+        Largest pointing error in the window, in half-angles of the cone, 1 or more; None for no limit.
+
+    Raises
+    ------
+    ValueError
+        If a number is not positive, the share is above 1, or the limit is below 1.
     """
 
     angle: float = float(np.radians(0.1))
     rate: float = float(np.radians(0.02))
     hold: float = 20.0
+    share: float = dataclasses.field(default=0.95, metadata=LATER_PART)
+    limit: float | None = dataclasses.field(default=10.0, metadata=LATER_PART)
 
     def __post_init__(self) -> None:
         """Check the limits."""
-        normalise(self, positive, "angle", "rate", "hold")
+        normalise(self, positive, "angle", "rate", "hold", "share")
+        normalise(self, optional(positive), "limit")
+        require(self.share <= 1.0, "share", "must lie within (0, 1]", self.share)
+        require(self.limit is None or self.limit >= 1.0, "limit", "must be at least 1, or None", self.limit)
+
+    @property
+    def largest_error(self) -> float:
+        """Largest pointing error in the window [rad]; infinite without a limit."""
+        return math.inf if self.limit is None else self.limit * self.angle
+
+    def window(self, control_period: float) -> int:
+        """Return the number of control periods [s] in the window; a part of one counts as one."""
+        return math.ceil(self.hold / control_period - 1e-9)
+
+    def reached(self, control_period: float, flown: Any, on_target: Any, beyond: Any) -> Any:
+        """Tell whether episodes are successes so far: the one rule of environments and evaluation.
+
+        Parameters
+        ----------
+        control_period
+            [s].
+        flown
+            Control periods so far, a number or (N,). Before the end of a first window there is no success.
+        on_target
+            Of the last window's control periods, the number that end on target, a number or (N,).
+        beyond
+            The number that end with a pointing error above :attr:`largest_error`, a number or (N,).
+        """
+        window = self.window(control_period)
+        needed = math.ceil(self.share * window - 1e-9)
+        return (flown >= window) & (on_target >= needed) & (beyond == 0)

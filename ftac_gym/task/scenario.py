@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -356,8 +355,8 @@ def check_fields(changes: Iterable[str], call: str) -> None:
 
 
 def success_steps(scenario: Scenario) -> int:
-    """Return the number of control periods before the end for which success asks to be on target."""
-    return math.ceil(scenario.success.hold / scenario.control_period - 1e-9)
+    """Return the number of control periods in the window of success before the end."""
+    return scenario.success.window(scenario.control_period)
 
 
 _FIELD_CLASSES = {

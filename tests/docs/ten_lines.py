@@ -8,4 +8,4 @@ while not done:
     action, _ = controller.predict(observation)
     observation, reward, terminated, truncated, info = env.step(action)
     done = terminated or truncated
-print(info["attitude_error"], info["is_success"])  # noqa: T201  [deg], on target to the end
+print(info["attitude_error"], info["is_success"])  # noqa: T201  [deg], on target at the end

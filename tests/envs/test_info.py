@@ -1,4 +1,4 @@
-"""Entries of ``info``: time on target, cost, and the true faults."""
+"""Entries of ``info``: availability, cost, and the true faults."""
 
 import numpy as np
 import pytest
@@ -22,18 +22,18 @@ MIXED = FaultSchedule(
 )
 
 
-def test_time_on_target_is_the_share_of_the_periods_so_far():
+def test_availability_is_the_share_of_the_periods_so_far():
     """A break ends a success, not the share."""
     cone = SuccessCriterion(angle=0.01, rate=0.5, hold=1.0)
     env = SpacecraftFTCEnv(success=cone, initial_state=InitialState.fixed(), duration=30.0, **QUIET)
-    assert env.reset(seed=0)[1]["time_on_target"] == 0.0
+    assert env.reset(seed=0)[1]["availability"] == 0.0
     inside = []
     for step in range(60):
         info = env.step(np.array([1.0, -1.0, -1.0, 1.0]) * (1.0 if step < 30 else -1.0))[4]
         inside.append(np.radians(info["attitude_error"]) < cone.angle)
-        assert info["time_on_target"] == np.mean(inside) and type(info["time_on_target"]) is float
-    assert not info["is_success"] and 0.0 < info["time_on_target"] < 1.0
-    assert env.reset()[1]["time_on_target"] == 0.0
+        assert info["availability"] == np.mean(inside) and type(info["availability"]) is float
+    assert not info["is_success"] and 0.0 < info["availability"] < 1.0
+    assert env.reset()[1]["availability"] == 0.0
 
 
 @pytest.mark.parametrize(

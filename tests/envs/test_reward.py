@@ -1,5 +1,7 @@
 """The reward: its terms recomputed from the true state, their sum, the tumble, and when an episode is a success."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -203,7 +205,7 @@ def test_without_a_tumble_rate_nothing_terminates():
     assert not any(result[2] for result in results) and results[-1][3]
 
 
-@pytest.mark.parametrize(("hold", "steps"), [(0.1, 1), (0.5, 5), (0.45, 5), (2.0, 20), (0.04, 1)])
+@pytest.mark.parametrize(("hold", "steps"), [(0.1, 1), (0.5, 5), (0.45, 5), (2.0, 20), (0.04, 1), (3.0, 30), (4.0, 31)])
 def test_success_after_holding(hold, steps):
     env = SpacecraftFTCEnv(
         success=SuccessCriterion(hold=hold), initial_state=InitialState.fixed(), duration=3.0, **QUIET
@@ -213,8 +215,10 @@ def test_success_after_holding(hold, steps):
     assert successes == [False] * (steps - 1) + [True] * (31 - steps)
 
 
-def test_success_is_lost_outside_the_cone_and_forgotten_at_a_reset():
-    criterion = SuccessCriterion(angle=0.01, rate=0.5, hold=0.5)
+@pytest.mark.parametrize(("share", "limit"), [(1.0, None), (0.6, None), (0.4, 1.2), (0.81, 20.0)])
+def test_success_is_lost_outside_the_cone_and_forgotten_at_a_reset(share, limit):
+    criterion = SuccessCriterion(angle=0.01, rate=0.5, hold=0.5, share=share, limit=limit)
+    needed = math.ceil(5 * share)
     env = SpacecraftFTCEnv(success=criterion, initial_state=InitialState.fixed(), duration=30.0, **QUIET)
     env.reset(seed=0)
     history = []
@@ -222,11 +226,13 @@ def test_success_is_lost_outside_the_cone_and_forgotten_at_a_reset():
         # Push away, then let go and come back with the opposite torque.
         action = np.array([1.0, -1.0, -1.0, 1.0]) * (1.0 if step < 30 else -1.0 if step < 90 else 0.0)
         info = env.step(action)[4]
-        history.append((np.radians(info["attitude_error"]) < 0.01, info["is_success"]))
-    inside = np.array([item[0] for item in history])
-    assert not inside.all() and inside[:5].all()
+        history.append((np.radians(info["attitude_error"]), info["is_success"]))
+    error = np.array([item[0] for item in history])
+    assert not (error < 0.01).all() and (error[:5] < 0.01).all()
     for step, (_, success) in enumerate(history):
-        assert success == (step >= 4 and inside[step - 4 : step + 1].all())
+        window = error[max(step - 4, 0) : step + 1]
+        held = (window < 0.01).sum() >= needed and (limit is None or (window <= 0.01 * limit).all())
+        assert success == (step >= 4 and held)
     assert not env.reset()[1]["is_success"]
 
 

@@ -157,7 +157,7 @@ def test_terminated_when_it_tumbles_and_only_then():
 def test_info(name):
     env = SpacecraftFTCEnv(scenario=name, duration=2.0)
     observation, info = env.reset(seed=6)
-    names = {"time", "attitude_error", "rate_error", "is_success", "time_on_target", "cost", "feasible"}
+    names = {"time", "attitude_error", "rate_error", "is_success", "availability", "cost", "feasible"}
     names |= {f"fault/{part}" for part in ("kind", "wheel", "onset", "active")}
     assert set(info) == names and info["time"] == 0.0
     assert info["feasible"] == bool(env.scenario.draw(6, 1).feasible[0])

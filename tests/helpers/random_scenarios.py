@@ -185,7 +185,14 @@ inertia_uncertainties = st.builds(
 )
 SHARES = {**dict.fromkeys(COSTS, sizes(1e-9, 0.25)), "discount": sizes(1e-3, 1.0)}
 rewards = st.builds(RewardWeights, **{**dict.fromkeys(RewardWeights.__dataclass_fields__, sizes(1e-3, 1e6)), **SHARES})
-criteria = st.builds(SuccessCriterion, angle=sizes(1e-9, 3.0), rate=sizes(1e-9, 10.0), hold=sizes(1e-3, 1e3))
+criteria = st.builds(
+    SuccessCriterion,
+    angle=sizes(1e-9, 3.0),
+    rate=sizes(1e-9, 10.0),
+    hold=sizes(1e-3, 1e3),
+    share=st.floats(0.01, 1.0),
+    limit=st.none() | st.floats(1.0, 100.0),
+)
 
 TIMING = {"onset": ranges(0.01, 10.0), "duration": maybe(ranges(0.1, 10.0))}
 GRADUAL = TIMING | {"rise": st.just(0.0) | ranges(1e-3, 10.0)}

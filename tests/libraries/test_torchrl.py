@@ -33,7 +33,7 @@ def test_gym_env_makes_episodes_of_true_transitions(short_episodes):
 def test_infos_of_a_single_environment_are_read(short_episodes):
     data = run("TorchRL", 1)["data"]
     assert data["next", "is_success"].dtype == torch.bool and data["next", "is_success"].shape == (64,)
-    shares = data["next", "time_on_target"]
+    shares = data["next", "availability"]
     assert ((shares >= 0.0) & (shares <= 1.0)).all()
 
 

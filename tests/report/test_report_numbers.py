@@ -63,7 +63,7 @@ def test_differences_are_means_over_pairs_and_marked_where_their_interval_exclud
 
 def test_csv_files_hold_the_same_numbers(flown, folder, page):
     summary = read(folder / "summary.csv")
-    assert len(summary) == len(SPLITS) * len(ENTRIES) * 6
+    assert len(summary) == len(SPLITS) * len(ENTRIES) * 7
     for line in summary:
         values = feasible(flown, line["split"], line["entry"], line["metric"])
         assert float(line["value"]) == pytest.approx(point(values, line["metric"]))

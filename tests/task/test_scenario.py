@@ -139,6 +139,18 @@ def test_rules_of_reward_and_success(kind, rule):
             kind(**{field: math.nan})
 
 
+@pytest.mark.parametrize(("field", "value"), [("share", 1.01), ("share", 0.0), ("limit", 0.99), ("limit", math.inf)])
+def test_the_share_of_success_is_at_most_one_and_its_limit_at_least_the_cone(field, value):
+    with pytest.raises(ValueError, match=f"^{field} must"):
+        SuccessCriterion(**{field: value})
+
+
+def test_old_json_of_success_means_the_rule_of_today_and_the_old_rule_can_be_written():
+    assert set(FLAGSHIP.to_dict()["success"]) == {"type", "angle", "rate", "hold"}
+    strict = SuccessCriterion(share=1.0, limit=None)
+    assert {"share": 1.0, "limit": None}.items() <= FLAGSHIP.replace(success=strict).to_dict()["success"].items()
+
+
 def test_an_unknown_field_is_a_type_error_in_a_call_and_a_value_error_in_data():
     with pytest.raises(
         TypeError, match=r"Scenario\.replace\(\) got an unexpected keyword argument 'colour'; fields of"

@@ -97,7 +97,7 @@ PARTS = [  # every class with no field at its default
     {"inertia_uncertainty": InertiaUncertainty(0.1, np.eye(3), (1, 2, 3), (4, 5, 6), (7, 8, 9), True)},
     {
         "reward": RewardWeights(1, 0.1, 0.2, 0.3, 0.4, 6, 7, 8, 9, 0.5),
-        "success": SuccessCriterion(0.1, 0.2, 0.3),
+        "success": SuccessCriterion(0.1, 0.2, 0.3, 0.5, None),
         "tumble_rate": 2,
     },
     {"control_period": 0.2, "physics_step": 0.05, "duration": 10, "name": "Prüfung"},

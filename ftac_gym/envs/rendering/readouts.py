@@ -66,7 +66,7 @@ class Readouts:
     def _lines(self, snapshot: Snapshot) -> list[tuple[str, int, Color]]:
         state, color = ("on target", palette.GOOD) if snapshot.on_target else ("slewing", palette.FAINT)
         if snapshot.success:
-            state = f"on target for {self._success.hold:g} s: success"
+            state = f"on target for {self._success.share:.0%} of {self._success.hold:g} s: success"
         lines = [
             (snapshot.policy, 30, palette.TEXT),
             (f"{snapshot.time:.1f} s", 26, palette.TEXT),

@@ -29,7 +29,7 @@ class Snapshot:
     on_target
         Whether both errors are within the scenario's limits of success.
     success
-        Whether they have been for as long as success asks.
+        Whether an episode that ended now would be a success.
     command
         (m,) torque asked of each wheel [N m]; zero before the first step.
     wheel_torque
