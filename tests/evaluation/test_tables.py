@@ -70,7 +70,7 @@ def test_metrics_stand_in_rows_and_policies_in_columns():
     assert estimates[-1][:2] == ["error and vibration [-]", "2 [1.88, 2.12]"]
     assert [row[0] for row in estimates[1:3]] == ["availability [share]", "success [share]"]
     assert estimates[2][1].startswith("1 [1, 1]")
-    assert differences[0] == ["minus bad", "good"] and differences[1][1] == "1 [1, 1] better"
+    assert differences[0] == ["minus bad", "good"] and differences[2][1] == "1 [1, 1] better"
 
 
 def test_kinds_add_up_and_infeasible_episodes_stand_apart():

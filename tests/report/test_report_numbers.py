@@ -6,7 +6,7 @@ from helpers.benchmarks import ENTRIES, EPISODES, SPLITS, feasible, read
 from helpers.pages import shown
 from scipy import stats
 
-SHARES = ("success", "bound_kept")
+SHARES = ("availability", "success", "bound_kept")
 
 
 def point(values, metric):
