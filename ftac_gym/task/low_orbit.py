@@ -1,28 +1,39 @@
 """External torque in a low orbit, from models of gravity gradient, magnetic dipole, air drag and sunlight.
 
-The spacecraft holds an inertial attitude in a circular orbit. Then each model is a finite Fourier series in the
-argument of latitude, exact without any fit: a constant and harmonics at the orbital rate n and at 2n. The records of
-`ftac_gym.task.disturbances` hold such a series. Three assumptions simplify the orbit:
+The spacecraft holds one attitude, inertial or turning with a circular orbit. Then :mod:`ftac_gym.task.orbit` has the
+torque as a constant and harmonics at the orbital rate n and at 2n. The records of `ftac_gym.task.disturbances` hold
+such a series.
 
-* The torques are those of one attitude, the target. They differ while the spacecraft turns and for later targets, but
-  keep their size and frequencies; beside wheels a thousand times as strong the difference does not matter.
-* The Earth's field is a dipole along its axis (not tilted), and the air does not turn with the Earth.
-* There is no shadow of the Earth, and the areas across air and sunlight are the same from every side.
+The torques differ while the spacecraft turns to its target, and for later set points. There they keep their size and
+their frequencies; beside wheels a thousand times as strong the difference does not matter. References that move are
+another matter: :mod:`ftac_gym.task.pointing` refuses them.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.attitude import cross, random_quaternion_from_uniforms, rotation_matrix
+from ftac_gym.attitude import random_quaternion_from_uniforms, rotation_matrix
 from ftac_gym.task.atmosphere import ATMOSPHERE, atmospheric_density
 from ftac_gym.task.disturbances import DISTURBANCE, HARMONIC
+from ftac_gym.task.orbit import (
+    EARTH_RADIUS,
+    GRAVITATIONAL_PARAMETER,
+    MAGNETIC_MOMENT,
+    SOLAR_PRESSURE,
+    OrbitGeometry,
+    drag,
+    gravity_gradient,
+    magnetic,
+    sunlight,
+)
 from ftac_gym.utils.parameters import (
     FloatArray,
     Interval,
+    Vector,
     bounds,
     draw,
     interval,
@@ -30,85 +41,25 @@ from ftac_gym.utils.parameters import (
     non_negative,
     non_negative_interval,
     normalise,
+    optional,
     require,
     uniform_directions,
+    unit_vector,
 )
-from ftac_gym.utils.serialization import serializable
-
-EARTH_RADIUS = 6378.137e3
-"""Equatorial radius of the Earth [m] (WGS 84)."""
-
-GRAVITATIONAL_PARAMETER = 3.986004418e14
-"""Gravitational parameter of the Earth [m^3/s^2] (WGS 84)."""
-
-MAGNETIC_MOMENT = 7.71e15
-"""Magnetic dipole moment of the Earth, times mu0/(4 pi) [T m^3] (degree 1 of IGRF-13 at epoch 2020)."""
-
-SOLAR_PRESSURE = 4.56e-6
-"""Pressure of sunlight on a black surface at 1 au [N/m^2] (1367 W/m^2 over the speed of light)."""
-
-
-@dataclass(frozen=True)
-class OrbitGeometry:
-    """Drawn orbits of N spacecraft, seen from body axes, with the areas and the dipole that the environment acts upon.
-
-    Parameters
-    ----------
-    altitude
-        (N,) height of the orbit [m].
-    inclination
-        (N,) angle between the orbit normal and the Earth's axis [rad].
-    node, transverse, normal
-        (N, 3) unit vectors in body axes: to the ascending node, 90 deg ahead of it in the orbit, normal to the orbit.
-    latitude_argument
-        (N,) angle of the spacecraft from the node at time zero [rad].
-    sunlight
-        (N, 3) unit vector in which sunlight travels, in body axes.
-    pressure_offset
-        (N, 3) centre of pressure from the centre of mass, in body axes [m].
-    residual_dipole
-        (N, 3) magnetic dipole in body axes [A m^2].
-    drag_area, solar_area
-        (N,) areas [m^2].
-    density
-        (N,) density of the air [kg/m^3].
-    """
-
-    altitude: FloatArray
-    inclination: FloatArray
-    node: FloatArray
-    transverse: FloatArray
-    normal: FloatArray
-    latitude_argument: FloatArray
-    sunlight: FloatArray
-    pressure_offset: FloatArray
-    residual_dipole: FloatArray
-    drag_area: FloatArray
-    solar_area: FloatArray
-    density: FloatArray
-
-    @property
-    def radius(self) -> FloatArray:
-        """Radius of the orbit [m], array (N,)."""
-        return EARTH_RADIUS + self.altitude
-
-    @property
-    def orbital_rate(self) -> FloatArray:
-        """Orbital rate n [rad/s], array (N,)."""
-        return np.sqrt(GRAVITATIONAL_PARAMETER / self.radius**3)
-
-
-Series = tuple[FloatArray, FloatArray, FloatArray]
-"""Torque as a Fourier series: constant, amplitude of the cosine and of the sine, each (N, 3) [N m]."""
+from ftac_gym.utils.serialization import LATER_PART, serializable
 
 
 @serializable
 @dataclass(frozen=True)
 class LowOrbitTorque:
-    """Distribution of the external torque on a spacecraft that holds an inertial attitude in a circular low orbit.
+    """Distribution of the external torque on a spacecraft in a circular low orbit.
 
-    Each episode draws the numbers below. The orientation of the orbit relative to the body, the start on the orbit and
-    the direction of sunlight are uniform. With the defaults, the largest torque over an orbit of a body of
+    The torque is that of one attitude: an inertial one, or with ``nadir`` one that turns with the orbit. The reference
+    of the scenario must stay within 10 deg of it, see :mod:`ftac_gym.task.pointing`. Fixed set points are inertial
+    attitudes.
+
+    Each episode draws the numbers below. The orientation of the orbit relative to an inertial body, the start on the
+    orbit and the direction of sunlight are uniform. With the defaults, the largest torque over an orbit of a body of
     about 20 kg m^2 lies between 1e-6 and 2e-4 N m.
 
     Parameters
@@ -133,6 +84,9 @@ class LowOrbitTorque:
     density_factor
         Solar activity: a factor on the density of the table ATMOSPHERE. Averaged over the globe, NRLMSISE-00 has other
         multiples for F10.7 of 68, 150 and 230: 0.18, 1.1 and 2.8 at 400 km, and 0.11, 1.3 and 5.4 at 600 km.
+    nadir, orbit_normal
+        Unit vectors in body axes, perpendicular: to the Earth, and the normal of the orbit, about which the body turns
+        at the orbital rate. For a reference that turns with the orbit; None for an inertial attitude.
 
     Raises
     ------
@@ -149,6 +103,8 @@ class LowOrbitTorque:
     pressure_offset: Interval = (0.02, 0.1)
     residual_dipole: Interval = (0.1, 1.0)
     density_factor: Interval = (0.2, 3.0)
+    nadir: Vector | None = field(default=None, metadata=LATER_PART)
+    orbit_normal: Vector | None = field(default=None, metadata=LATER_PART)
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
@@ -158,6 +114,19 @@ class LowOrbitTorque:
         normalise(self, partial(interval, low=ATMOSPHERE[0, 0], high=ATMOSPHERE[-1, 0]), "altitude")
         normalise(self, non_negative, "drag_coefficient", "reflectivity")
         require(self.reflectivity <= 1.0, "reflectivity", "must stay within [0, 1]", self.reflectivity)
+        normalise(self, optional(unit_vector), "nadir", "orbit_normal")
+        both = (self.nadir is None) == (self.orbit_normal is None)
+        require(both, "orbit_normal", "must come with nadir", self.orbit_normal)
+        if self.nadir is not None and self.orbit_normal is not None:
+            share = float(np.dot(self.nadir, self.orbit_normal))
+            require(
+                abs(share) <= 1e-3, "orbit_normal", "must be perpendicular to nadir; the cosine of the angle", share
+            )
+
+    @property
+    def turning(self) -> bool:
+        """True for the torque on a body that turns with the orbit."""
+        return self.nadir is not None
 
     @property
     def uniform_count(self) -> int:
@@ -188,7 +157,8 @@ class LowOrbitTorque:
 
         Returns
         -------
-        Arrays of DISTURBANCE (N,) and HARMONIC (N, 2): the harmonics have the frequencies n and 2n.
+        Arrays of DISTURBANCE (N,) and HARMONIC (N, 2): the harmonics have the frequencies n and 2n. On a body that
+        turns with the orbit there is none at 2n, HARMONIC (N, 1).
 
         Raises
         ------
@@ -201,15 +171,17 @@ class LowOrbitTorque:
         endless = inertia[~np.isfinite(inertia)]
         require(endless.size == 0, "inertia", "must be finite", endless.tolist())
 
-        gradient, dipole = _gravity_gradient(geometry, inertia), _magnetic(geometry)
-        drag = _drag(geometry, self.drag_coefficient)
+        turning = self.turning
+        series = gravity_gradient(geometry, inertia, turning) + magnetic(geometry, turning)
+        series = (
+            series + drag(geometry, self.drag_coefficient, turning) + sunlight(geometry, self.reflectivity, turning)
+        )
         steady = np.zeros(count, DISTURBANCE)
-        steady["constant"] = gradient[0] + dipole[0] + drag[0] + _sunlight(geometry, self.reflectivity)
-        table = np.zeros((count, 2), HARMONIC)
-        double = (gradient[1] + dipole[1], gradient[2] + dipole[2])
-        for column, (cosine, sine) in enumerate((drag[1:], double)):
+        steady["constant"] = series[:, 0]
+        table = np.zeros((count, 1 if turning else 2), HARMONIC)
+        for column in range(table.shape[1]):
+            order, cosine, sine = column + 1, series[:, 2 * column + 1], series[:, 2 * column + 2]
             # From the argument of latitude u to time: u = u0 + n t.
-            order = column + 1
             start = order * geometry.latitude_argument[:, None]
             table["frequency"][:, column] = order * geometry.orbital_rate
             table["cosine"][:, column] = cosine * np.cos(start) + sine * np.sin(start)
@@ -231,7 +203,11 @@ class LowOrbitTorque:
         require(outside.size == 0, "uniform", "must lie within [0, 1)", outside.tolist())
         altitude = draw(self.altitude, uniform[:, 0])
         # The columns are the axes of the orbit in body axes.
-        orbit = rotation_matrix(random_quaternion_from_uniforms(uniform[:, 2:5]))
+        if self.nadir is None or self.orbit_normal is None:
+            orbit = rotation_matrix(random_quaternion_from_uniforms(uniform[:, 2:5]))
+        else:
+            away, normal = -np.array(self.nadir), np.array(self.orbit_normal)
+            orbit = np.tile(np.column_stack([away, np.cross(normal, away), normal]), (len(uniform), 1, 1))
         return OrbitGeometry(
             altitude=altitude,
             inclination=draw(self.inclination, uniform[:, 1]),
@@ -246,42 +222,3 @@ class LowOrbitTorque:
             solar_area=draw(self.solar_area, uniform[:, 15]),
             density=draw(self.density_factor, uniform[:, 16]) * atmospheric_density(altitude),
         )
-
-
-def _gravity_gradient(geometry: OrbitGeometry, inertia: FloatArray) -> Series:
-    """Return the series in 2u of 3 n^2 r x J r, with r = node cos u + transverse sin u pointing away from the Earth."""
-    node, transverse = geometry.node, geometry.transverse
-    node_moment = np.einsum("nij,nj->ni", inertia, node)
-    transverse_moment = np.einsum("nij,nj->ni", inertia, transverse)
-    along, across = cross(node, node_moment), cross(transverse, transverse_moment)
-    mixed = cross(node, transverse_moment) + cross(transverse, node_moment)
-    scale = 1.5 * geometry.orbital_rate[:, None] ** 2
-    return scale * (along + across), scale * (along - across), scale * mixed
-
-
-def _magnetic(geometry: OrbitGeometry) -> Series:
-    """Return the series in 2u of m x B, with B = M/R^3 (k - 3 (k.r) r).
-
-    The Earth's axis is k = transverse sin i + normal cos i. Its dipole points south: at the equator the field points
-    north.
-    """
-    strength = (MAGNETIC_MOMENT / geometry.radius**3)[:, None]
-    sine, cosine = np.sin(geometry.inclination)[:, None], np.cos(geometry.inclination)[:, None]
-    along = strength * cross(geometry.residual_dipole, geometry.node)
-    across = strength * cross(geometry.residual_dipole, geometry.transverse)
-    upright = strength * cross(geometry.residual_dipole, geometry.normal)
-    return cosine * upright - 0.5 * sine * across, 1.5 * sine * across, -1.5 * sine * along
-
-
-def _drag(geometry: OrbitGeometry, coefficient: float) -> Series:
-    """Return the series in u of offset x (-1/2 rho V^2 Cd A v), with v = transverse cos u - node sin u along flight."""
-    speed = geometry.orbital_rate * geometry.radius
-    force = (0.5 * geometry.density * speed**2 * coefficient * geometry.drag_area)[:, None]
-    offset = geometry.pressure_offset
-    return np.zeros_like(offset), -force * cross(offset, geometry.transverse), force * cross(offset, geometry.node)
-
-
-def _sunlight(geometry: OrbitGeometry, reflectivity: float) -> FloatArray:
-    """Return the constant torque (N, 3) of sunlight, offset x P (1 + reflectivity) A s [N m]."""
-    force = (SOLAR_PRESSURE * (1.0 + reflectivity) * geometry.solar_area)[:, None]
-    return force * cross(geometry.pressure_offset, geometry.sunlight)

@@ -25,6 +25,7 @@ from ftac_gym.task.initial_state import InitialState
 from ftac_gym.task.integrability import check_motion, check_numbers
 from ftac_gym.task.low_orbit import LowOrbitTorque
 from ftac_gym.task.objective import CostBounds, RewardWeights, SuccessCriterion
+from ftac_gym.task.pointing import check_pointing
 from ftac_gym.task.prescribed_bound import PrescribedBound
 from ftac_gym.task.references import MRPSinusoid, RateProfile, SetPoints
 from ftac_gym.task.sampled_reference import SampledReference
@@ -188,6 +189,7 @@ class Scenario:
                 if fault.mean_acting is not None and fault.mean_resting is not None:
                     enough = fault.mean_acting + fault.mean_resting >= shortest
                     require(enough, "faults.mean_acting", rule, fault.mean_acting)
+        check_pointing(self)
         check_motion(self)
 
     @property

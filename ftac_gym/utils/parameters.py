@@ -227,6 +227,15 @@ def unit_quaternion(values: Sequence[float], field: str) -> Vector:
     return quaternion if abs(norm - 1.0) < 1e-15 else tuple(value / norm for value in quaternion)
 
 
+def unit_vector(values: Sequence[float], field: str) -> Vector:
+    """Return the values as a tuple of norm 1; raise a ValueError unless they are a unit vector (3,) to 1e-3."""
+    given = vector(values, 3, field)
+    norm = math.hypot(*given)
+    require(abs(norm - 1.0) < 1e-3, field, "must be a unit vector", values)
+    # Normalised values stay as they are, so that a round trip through JSON changes nothing.
+    return given if abs(norm - 1.0) < 1e-15 else tuple(value / norm for value in given)
+
+
 def real_numbers(values: npt.ArrayLike, field: str) -> npt.NDArray[Any]:
     """Return the values as an array; raise a ValueError unless they are floats or integers, of any size."""
     array = np.asarray(values)

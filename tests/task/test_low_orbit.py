@@ -23,7 +23,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ftac_gym.task import LowOrbitTorque
-from ftac_gym.task.low_orbit import (
+from ftac_gym.task.orbit import (
     EARTH_RADIUS,
     GRAVITATIONAL_PARAMETER,
     MAGNETIC_MOMENT,
@@ -33,7 +33,10 @@ from ftac_gym.task.low_orbit import (
 
 
 def reference(torque, geometry, craft, inertia, time):
-    """Torque (3,) on one spacecraft, body axes, from positions and fields in inertial axes with z the Earth's axis."""
+    """Torque (3,) on one spacecraft, body axes, from positions and fields in inertial axes with z the Earth's axis.
+
+    The body is inertial, or turns with the orbit.
+    """
     inclination = geometry.inclination[craft]
     radius = 6378.137e3 + geometry.altitude[craft]
     rate = math.sqrt(3.986004418e14 / radius**3)
@@ -54,10 +57,12 @@ def reference(torque, geometry, craft, inertia, time):
         [0.0, math.cos(inclination), math.sin(inclination)],
         [0.0, -math.sin(inclination), math.cos(inclination)],
     ])  # fmt: skip
-    body = np.array([geometry.node[craft], geometry.transverse[craft], geometry.normal[craft]]).T @ orbit
-
-    offset, dipole = body.T @ geometry.pressure_offset[craft], body.T @ geometry.residual_dipole[craft]
+    axes = np.array([geometry.node[craft], geometry.transverse[craft], geometry.normal[craft]]).T
+    body = axes @ orbit
     sunlight = body.T @ geometry.sunlight[craft]
+    if torque.turning:
+        body = axes @ np.array([position, velocity / np.linalg.norm(velocity), orbit[2]])
+    offset, dipole = body.T @ geometry.pressure_offset[craft], body.T @ geometry.residual_dipole[craft]
     gradient = 3.0 * rate**2 * np.cross(position, body.T @ inertia @ body @ position)
     earth = np.array([0.0, 0.0, -7.71e15])  # the dipole of the Earth points south
     field = (3.0 * (earth @ position) * position - earth) / radius**3
@@ -67,7 +72,16 @@ def reference(torque, geometry, craft, inertia, time):
     return body @ (gradient + np.cross(dipole, field) + drag + np.cross(offset, push * sunlight))
 
 
-@pytest.mark.parametrize("torque", [TORQUE, GRADIENT, MAGNETIC, DRAG, SUNLIGHT, LowOrbitTorque(inclination=1.7)])
+TURNING = {"nadir": (0.6, 0.0, 0.8), "orbit_normal": (0.0, -1.0, 0.0)}
+
+
+@pytest.mark.parametrize(
+    "torque",
+    [
+        *(TORQUE, GRADIENT, MAGNETIC, DRAG, SUNLIGHT, LowOrbitTorque(inclination=1.7)),
+        *(dataclasses.replace(torque, **TURNING) for torque in (TORQUE, GRADIENT, MAGNETIC, DRAG, SUNLIGHT)),
+    ],
+)
 def test_records_are_the_models_over_a_whole_orbit(torque):
     uniform, inertia = deviates(20), inertias(20)
     steady, harmonics = torque.draw(uniform, inertia)
@@ -89,6 +103,23 @@ def test_records_are_those_of_a_disturbance():
 
 
 # ----------------------------------------------------------------------------------------------------- closed forms
+
+
+def test_gravity_and_drag_are_constant_on_a_body_that_turns_with_the_orbit():
+    for torque in (GRADIENT, DRAG):
+        steady, harmonics = dataclasses.replace(torque, **TURNING).draw(deviates(20), inertias(20))
+        assert harmonics.shape == (20, 1) and size(steady["constant"]).min() > 0.0
+        assert np.all(harmonics["sine"] == 0.0) and np.all(harmonics["cosine"] == 0.0)
+
+
+def test_gravity_gradient_of_a_nadir_pointing_body_by_hand():
+    moments = np.diag([12.0, 20.0, 24.0])
+    # A principal axis to the Earth: none. Half way between x and z: 3/2 n^2 (Jz - Jx) about y.
+    for nadir, factor in (((0.0, 0.0, 1.0), 0.0), ((math.sqrt(0.5), 0.0, math.sqrt(0.5)), -18.0)):
+        torque = dataclasses.replace(GRADIENT, altitude=500e3, nadir=nadir, orbit_normal=(0.0, -1.0, 0.0))
+        steady, _ = torque.draw(deviates(1), moments[None])
+        expected = factor * GRAVITATIONAL_PARAMETER / (EARTH_RADIUS + 500e3) ** 3
+        np.testing.assert_allclose(steady["constant"][0], [0.0, expected, 0.0], rtol=1e-12, atol=1e-22)
 
 
 @settings(max_examples=60, deadline=None, derandomize=True)

@@ -25,7 +25,7 @@ from scipy import stats
 
 from ftac_gym.task import LowOrbitTorque
 from ftac_gym.task.atmosphere import atmospheric_density
-from ftac_gym.task.low_orbit import GRAVITATIONAL_PARAMETER, MAGNETIC_MOMENT
+from ftac_gym.task.orbit import GRAVITATIONAL_PARAMETER, MAGNETIC_MOMENT
 
 # ------------------------------------------------------------------------------------------------------------ sizes
 
