@@ -1,6 +1,7 @@
-"""Tune the gains of a baseline with CMA-ES for the agents' objective, the mean return, on the training split.
+"""Tune the gains of a baseline with CMA-ES on the training split, for availability, success or return.
 
-The search covers the ranges that the baseline declares for its gains. A study lies in a folder and continues where it
+The objective is the mean of a metric over the feasible episodes; availability is the share of control periods on
+target. The search covers the ranges that the baseline declares for its gains. A study lies in a folder and continues where it
 stopped if the same command is given again; a larger number of trials extends it. The program prints the best gains, and
 their results on episodes that the search did not use. It writes them to gains.json in the folder, which is a set of
 gains for every program: ftac-evaluate --policies "pd_dob runs/tuning/pd_dob/gains.json". With --store, in a checkout,
@@ -21,6 +22,7 @@ import sys
 from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from tqdm import tqdm
 
@@ -42,6 +44,8 @@ class Config:
 
     baseline: str = "pd_dob"
     """Baseline to tune."""
+    objective: Literal["availability", "success", "return"] = "availability"
+    """Metric whose mean is to be as large as possible."""
     scenario: str = "flagship"
     """Scenario whose episodes are drawn: NAME, FILE.json or module:function."""
     trials: int = 300
@@ -72,7 +76,9 @@ def search_of(config: Config) -> Search:
     for name in ("trials", "workers"):
         require(getattr(config, name) > 0, name, "must be positive", getattr(config, name))
     scenario = scenario_of(config.scenario)
-    return Search(config.baseline, scenario, config.episodes, config.seed, config.sampler_seed)
+    return Search(
+        config.baseline, scenario, config.episodes, config.seed, config.sampler_seed, config.objective
+    )
 
 
 def folder_of(config: Config) -> Path:
@@ -100,7 +106,7 @@ def main(config: Config) -> None:
             def progress(done: int, best: float) -> None:
                 if not bar.n:  # Those of an earlier call tell nothing about the speed.
                     bar.initial = bar.n = done
-                bar.set_postfix(mean_return=f"{best:.3f}", refresh=False)
+                bar.set_postfix({config.objective: f"{best:.4f}"}, refresh=False)
                 bar.update(done - bar.n)
 
             result = tune(search, folder, config.trials, config.workers, progress)
@@ -108,12 +114,12 @@ def main(config: Config) -> None:
         print(f"{folder} holds more than {config.trials} trials: all of them count")
     print(f"flew {result.trials} trials on {config.episodes} episodes; {result.failed} could not be flown")
     print(f"gains: {json.dumps(result.gains)}")
-    print(f"mean return: {result.mean_return:.5g}")
+    print(f"mean {config.objective}: {result.value:.5g}")
     fresh = {}
     for label, gains in (("tuned", result.gains), ("default", {})):
         metrics = fly(search, gains, config.seed + 1)
-        fresh[label] = float(metrics["return"].mean())
-        print(f"{label} on fresh episodes: {described(metrics)}, mean return {fresh[label]:.4g}")
+        fresh[label] = float(metrics[config.objective].mean())
+        print(f"{label} on fresh episodes: mean {config.objective} {fresh[label]:.4g}; {described(metrics)}")
     counted = dataclasses.replace(config, trials=result.trials)
     for path in (folder / GAINS_FILE, *([None] if config.store else [])):
         with exit_on(ValueError, prefix="not stored: "):

@@ -1,4 +1,4 @@
-"""Tuning of a baseline's gains for the agents' objective with CMA-ES; needs the ``train`` extra.
+"""Tuning of a baseline's gains for an objective with CMA-ES; needs the ``train`` extra.
 
 A study is a folder with a journal and continues where it stopped. CMA-ES is asked for a whole generation, which one
 process or several fly, before the next. A resumed study asks again for the gains in the journal and flies the rest.
@@ -22,7 +22,7 @@ import numpy as np
 
 import ftac_gym
 from ftac_gym.baselines import tuned
-from ftac_gym.evaluation.tuning_objective import FAILED, Search, mean_return
+from ftac_gym.evaluation.tuning_objective import FAILED, Search, value_of
 from ftac_gym.evaluation.tuning_study import JOURNAL, Study, Trial
 from ftac_gym.utils.extras import naming_extra
 from ftac_gym.utils.files import locked, write_text
@@ -47,18 +47,18 @@ class Result:
     search
         Subject of the study.
     trials, failed
-        Number of gains that were flown, and of those that the baseline refused or that gave no finite return.
+        Number of gains that were flown, and of those that the baseline refused or that gave no finite value.
     gains
         The best gains.
-    mean_return
-        Their mean return over the feasible episodes of the search.
+    value
+        Their mean objective over the feasible episodes of the search.
     """
 
     search: Search = field(repr=False)
     trials: int
     failed: int
     gains: dict[str, Any]
-    mean_return: float
+    value: float
 
 
 def tune(
@@ -81,7 +81,7 @@ def tune(
     workers
         Processes that fly; they do not change the result.
     progress
-        Called at the start and after every trial with the number of trials and the best mean return so far.
+        Called at the start and after every trial with the number of trials and the best value so far.
 
     Raises
     ------
@@ -106,21 +106,21 @@ def _tune(
 
     def report() -> None:
         if progress is not None:
-            progress(len(study.trials), study.best.mean_return)
+            progress(len(study.trials), study.best.value)
 
     def values(gains: list[dict[str, Any]], first: int) -> list[float]:
-        """Return the mean returns of consecutive trials; fly those within the budget that are not in the journal."""
+        """Return the values of consecutive trials; fly those within the budget that are not in the journal."""
         rule = "must hold the gains that this version of cmaes and of the baseline asks for; tune in a new folder"
         require(study.expect(gains, first), "folder", rule, str(folder))
         stored = study.trials[first : first + len(gains)]
         missing = gains[len(stored) : max(trials - first, 0)]
         recovered = [study.recover(item) for item in missing]
         unknown = [item for item, value in zip(missing, recovered, strict=True) if value is None]
-        flown = iter(mapping(partial(mean_return, search), unknown))
+        flown = iter(mapping(partial(value_of, search), unknown))
         for item, value in zip(missing, recovered, strict=True):
             study.add(Trial(item, next(flown) if value is None else value))
             report()
-        return [trial.mean_return for trial in study.trials[first : first + len(gains)]]
+        return [trial.value for trial in study.trials[first : first + len(gains)]]
 
     report()
     with worker_pool(min(workers, size)) if workers > 1 else nullcontext() as pool:
@@ -130,12 +130,12 @@ def _tune(
         for first in range(1, trials, size):
             # A generation is asked for in full even if the budget cuts it: a larger budget later flies the same gains.
             points = [optimizer.ask() for _ in range(size)]
-            returns = values([search.gains_at(search.point_at(point)) for point in points], first)
-            if len(returns) == size:
-                optimizer.tell([(point, -value) for point, value in zip(points, returns, strict=True)])
-    failed = sum(trial.mean_return == FAILED for trial in study.trials)
+            found = values([search.gains_at(search.point_at(point)) for point in points], first)
+            if len(found) == size:
+                optimizer.tell([(point, -value) for point, value in zip(points, found, strict=True)])
+    failed = sum(trial.value == FAILED for trial in study.trials)
     require(failed < len(study.trials), "trials", "must have one whose gains can be flown", len(study.trials))
-    return Result(search, len(study.trials), failed, study.best.gains, study.best.mean_return)
+    return Result(search, len(study.trials), failed, study.best.gains, study.best.value)
 
 
 def store(
@@ -152,20 +152,20 @@ def store(
     commit
         Git commit of the code, or None.
     fresh
-        Mean return by name of the gains, over the feasible episodes of the next seed.
+        Value by name of the gains, over the feasible episodes of the next seed.
     path
         The file, whose path is then the name of the gains; by default that of the package for ``gains="tuned"``.
 
     Raises
     ------
     ValueError
-        If the gains do not reproduce the mean return of the study: the baseline has changed since.
+        If the gains do not reproduce the value of the study: the baseline has changed since.
     """
     search = result.search
-    today = mean_return(search, result.gains)
-    same = math.isclose(today, result.mean_return, rel_tol=1e-6, abs_tol=1e-9)
+    today = value_of(search, result.gains)
+    same = math.isclose(today, result.value, rel_tol=1e-6, abs_tol=1e-9)
     rule = f"must be what the gains still give, {today!r}: the baseline has changed; tune it in a new folder"
-    require(same, "mean_return", rule, result.mean_return)
+    require(same, search.objective, rule, result.value)
     provenance = {
         "command": command,
         "commit": commit,
@@ -174,9 +174,9 @@ def store(
         **search.setting,
         "scenario": search.scenario.name,
         "trials": result.trials,
-        "mean_return": result.mean_return,
+        "value": result.value,
         "fresh_seed": search.seed + 1,
-        "fresh_mean_return": dict(fresh),
+        "fresh_values": dict(fresh),
     }
     path = Path(str(tuned.FOLDER)) / f"{search.baseline}.json" if path is None else path
     write_text(path, json.dumps({"gains": result.gains, "provenance": provenance}, indent=2) + "\n")

@@ -1,4 +1,4 @@
-"""Objective of the tuner: the agents' mean return, over the gains of a baseline."""
+"""Objectives of the tuner: means of a metric over the feasible episodes of a search, by the gains of a baseline."""
 
 from __future__ import annotations
 
@@ -22,13 +22,18 @@ from ftac_gym.utils.parameters import FloatArray, require
 
 DIGITS = 4
 """Significant digits of the gains that are flown and stored."""
+OBJECTIVES = ("availability", "success", "return")
+"""Objectives that a search may have: the mean of the metric of that name, which is better if it is larger."""
 FAILED = -math.inf
-"""Mean return of gains that the baseline refuses or that blow up. CMA-ES only ranks, so it means "last"."""
+"""Value of gains that the baseline refuses or that blow up. CMA-ES only ranks, so it means "last"."""
 
 
 @dataclass(frozen=True)
 class Search:
-    """A baseline to tune, with the episodes to tune it on.
+    """A baseline to tune, with the objective and the episodes to tune it on.
+
+    Infeasible episodes do not count: what gains achieve there before the wheels give out is mostly the initial state,
+    which adds scatter to every value and nothing to the ranking.
 
     Parameters
     ----------
@@ -42,12 +47,14 @@ class Search:
         Seed of those episodes; the next seed is for checking the result. Neither may belong to frozen test episodes.
     sampler_seed
         Seed of CMA-ES.
+    objective
+        One of :data:`OBJECTIVES`, whose mean over the feasible episodes is the value of gains.
 
     Raises
     ------
     ValueError
-        If the baseline is unknown, has fewer than two gains to search or does not fit the scenario, or no episode is
-        feasible.
+        If the baseline is unknown, has fewer than two gains to search or does not fit the scenario, the objective is
+        unknown, or no episode is feasible.
     """
 
     baseline: str
@@ -55,9 +62,11 @@ class Search:
     episodes: int = 300
     seed: int = 800_000
     sampler_seed: int = 0
+    objective: str = "availability"
 
     def __post_init__(self) -> None:
         """Check the fields."""
+        require(self.objective in OBJECTIVES, "objective", f"must be one of {list(OBJECTIVES)}", self.objective)
         require(len(self.space) > 1, "baseline", "must have at least two gains to search", self.baseline)
         baselines.make(self.baseline, self.scenario)
         require(self.episodes > 0, "episodes", "must be positive", self.episodes)
@@ -129,12 +138,12 @@ def fly(search: Search, gains: Mapping[str, Any], seed: int | None = None) -> Me
     return rollout(search.scenario, DeferredBaseline(search.baseline, **gains), episodes).feasible_metrics()
 
 
-def mean_return(search: Search, gains: Mapping[str, Any]) -> float:
-    """Return the mean return of gains over the feasible episodes; :data:`FAILED` if they cannot be flown."""
+def value_of(search: Search, gains: Mapping[str, Any]) -> float:
+    """Return the mean objective of gains over the feasible episodes; :data:`FAILED` if they cannot be flown."""
     try:
         # Extreme gains may overflow: that is a valid result of a trial.
         with np.errstate(all="ignore"):
-            value = float(fly(search, gains)["return"].mean())
+            value = float(fly(search, gains)[search.objective].mean())
     except (ValueError, ArithmeticError):
         return FAILED
     return value if math.isfinite(value) else FAILED

@@ -25,10 +25,10 @@ TORN = f"{JOURNAL}.torn"
 
 @dataclass(frozen=True)
 class Trial:
-    """Gains that were flown, and their mean return; minus infinity if they could not be flown."""
+    """Gains that were flown, and their value by the objective; minus infinity if they could not be flown."""
 
     gains: dict[str, Any]
-    mean_return: float
+    value: float
 
 
 class Study:
@@ -94,11 +94,11 @@ class Study:
 
     @property
     def best(self) -> Trial:
-        """The first trial with the largest mean return."""
-        return max(self.trials, key=lambda trial: trial.mean_return, default=Trial({}, FAILED))
+        """The first trial with the largest value."""
+        return max(self.trials, key=lambda trial: trial.value, default=Trial({}, FAILED))
 
     def recover(self, gains: Mapping[str, Any]) -> float | None:
-        """Return the mean return of gains whose whole trial stood after a damage; None for others."""
+        """Return the value of gains whose whole trial stood after a damage; None for others."""
         return self._aside.get(_key(gains))
 
     def expect(self, gains: Sequence[Mapping[str, Any]], first: int) -> bool:
@@ -118,7 +118,7 @@ class Study:
         if place is None:
             return True
         wanted, before = [_key(item) for item in gains], {_key(trial.gains) for trial in self.trials[:place]}
-        moved = {_key(trial.gains): trial.mean_return for trial in self.trials[place:]}
+        moved = {_key(trial.gains): trial.value for trial in self.trials[place:]}
         # Another version asks for other gains altogether.
         if not (before | moved.keys()).intersection(wanted) and _key(self.trials[place].gains) not in before:
             return False
@@ -137,7 +137,7 @@ class Study:
         OSError
             If the journal cannot be written.
         """
-        self._write({**asdict(trial), "mean_return": None if trial.mean_return == FAILED else trial.mean_return})
+        self._write({**asdict(trial), "value": None if trial.value == FAILED else trial.value})
         self.trials.append(trial)
 
     def _set_aside(self, damaged: bytes, reason: str) -> None:
@@ -173,13 +173,12 @@ def _setting(line: bytes) -> dict[str, Any]:
 
 def _trial(line: bytes) -> Trial:
     """Return the trial that a line holds; raise a ValueError if it holds none."""
-    # Older journals have failed trials as -Infinity, which is no JSON.
-    record = parse_json(line.replace(b'"mean_return": -Infinity}', b'"mean_return": null}'))
-    whole = isinstance(record, dict) and record.keys() == {"gains", "mean_return"}
-    require(whole, "trial", "must have gains and mean_return", record)
-    gains, value = record["gains"], record["mean_return"]
+    record = parse_json(line)
+    whole = isinstance(record, dict) and record.keys() == {"gains", "value"}
+    require(whole, "trial", "must have gains and value", record)
+    gains, value = record["gains"], record["value"]
     require(isinstance(gains, dict) and bool(gains), "gains", "must be an object with an entry for each gain", gains)
-    return Trial(gains, FAILED if value is None else finite(value, "mean_return"))
+    return Trial(gains, FAILED if value is None else finite(value, "value"))
 
 
 def _known(line: bytes) -> tuple[str, float] | None:
@@ -187,7 +186,7 @@ def _known(line: bytes) -> tuple[str, float] | None:
         trial = _trial(line)
     except ValueError:
         return None
-    return _key(trial.gains), trial.mean_return
+    return _key(trial.gains), trial.value
 
 
 def _key(gains: Mapping[str, Any]) -> str:

@@ -21,7 +21,7 @@ FEW = ("--baseline", "pd", "--episodes", "2")
 
 def finished(journal):
     """Return the number of finished trials in a journal."""
-    return journal.read_bytes().count(b'"mean_return"') if journal.exists() else 0
+    return journal.read_bytes().count(b'"value"') if journal.exists() else 0
 
 
 def alive(process):
@@ -54,13 +54,13 @@ def test_a_killed_search_goes_on_and_keeps_its_trials(tmp_path, capsys):
     script.main(script.Config("pd", trials=budget, episodes=2, workers=1, folder=folder))
     printed = capsys.readouterr()
     assert f"flew {budget} trials on 2 episodes; 0 could not be flown" in printed.out
-    assert f"{budget}/{budget}" in printed.err and "mean_return=" in printed.err
+    assert f"{budget}/{budget}" in printed.err and "availability=" in printed.err
     # The default number of workers made the first ones, one worker the rest.
     assert finished(folder / JOURNAL) == budget
     search = Search("pd", scenarios.get("flagship"), episodes=2)
     trials = Study(search, folder).trials
     assert len(trials) == budget
-    best = max(trials, key=lambda trial: trial.mean_return)
+    best = max(trials, key=lambda trial: trial.value)
     assert f"gains: {json.dumps(best.gains)}" in printed.out
 
 
@@ -73,12 +73,12 @@ def test_it_stores_what_it_finds(stored, tmp_path, capsys, monkeypatch):
     record = tuned.record("pd")
     gains, provenance = record["gains"], record["provenance"]
     assert baselines.make("pd", scenarios.get("flagship"), gains="tuned").gains.rate_gain == gains["rate_gain"]
-    assert f"gains: {json.dumps(gains)}" in printed and "default on fresh episodes: success" in printed
+    assert f"gains: {json.dumps(gains)}" in printed and "default on fresh episodes: mean availability" in printed
     assert provenance["command"] == "ftac-tune --baseline pd --trials 2 --episodes 2 --store"
     assert provenance["trials"] == 2 and provenance["commit"] == commit()
     metrics = fly(search, gains, 800_001)
-    assert provenance["fresh_mean_return"].keys() == {"tuned", "default"}
-    assert provenance["fresh_mean_return"]["tuned"] == pytest.approx(metrics["return"].mean())
+    assert provenance["fresh_values"].keys() == {"tuned", "default"}
+    assert provenance["fresh_values"]["tuned"] == pytest.approx(metrics["availability"].mean())
     assert str(tmp_path) not in (stored / "pd.json").read_text()
     monkeypatch.setattr(script, "fly", lambda *arguments: metrics)
     # Nothing is stored without --store, and a finished study is not flown again.
@@ -92,9 +92,9 @@ def test_it_stores_what_it_finds(stored, tmp_path, capsys, monkeypatch):
 def test_the_command_finds_the_same_gains():
     script = module_of("tune")
     assert script.command(script.Config()) == "ftac-tune --baseline pd_dob --trials 300"
-    changed = script.Config("pd", "flagship_tracking", 5, 20, 3, 4, workers=9, folder=Path("/somewhere"))
+    changed = script.Config("pd", "success", "flagship_tracking", 5, 20, 3, 4, workers=9, folder=Path("/somewhere"))
     assert script.command(changed) == (
-        "ftac-tune --baseline pd --scenario flagship_tracking --trials 5 --episodes 20 --seed 3 --sampler-seed 4"
+        "ftac-tune --baseline pd --objective success --scenario flagship_tracking --trials 5 --episodes 20 --seed 3 --sampler-seed 4"
     )
 
 
@@ -112,6 +112,7 @@ def test_the_commit_is_none_outside_a_checkout(monkeypatch):
     [
         ({"baseline": "unknown"}, "--baseline must be one of .*'pd'.*, got 'unknown'"),
         ({"scenario": "nowhere"}, "--scenario must be one of .*'flagship'.*, got 'nowhere'"),
+        ({"objective": "energy"}, "--objective must be one of .*'availability'.*, got 'energy'"),
         ({"trials": 0}, "--trials must be positive, got 0"),
         ({"workers": 0}, "--workers must be positive, got 0"),
         ({"episodes": 0}, "--episodes must be positive, got 0"),

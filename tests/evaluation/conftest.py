@@ -29,5 +29,5 @@ def entries(agent):
 def flown(monkeypatch):
     """Replace flying by a formula; return the list of gains."""
     calls = []
-    monkeypatch.setattr(tuning, "mean_return", lambda task, gains: calls.append(gains) or judge(task, gains))
+    monkeypatch.setattr(tuning, "value_of", lambda task, gains: calls.append(gains) or judge(task, gains))
     return calls

@@ -17,7 +17,7 @@ from ftac_gym.report.provenance import policy_name
 
 
 def test_stored_gains_are_data_with_their_provenance(tmp_path, monkeypatch):
-    monkeypatch.setattr(tuning, "mean_return", lambda task, gains: -abs(gains["rate_gain"] - 6.0))
+    monkeypatch.setattr(tuning, "value_of", lambda task, gains: -abs(gains["rate_gain"] - 6.0))
     monkeypatch.setattr(tuned, "FOLDER", tmp_path / "tuned_gains")
     result = tune(SEARCH, tmp_path / "study", 4)
     path = store(result, "python train/tune.py", "abc", {"tuned": 1.5, "default": 1.0})
@@ -26,8 +26,8 @@ def test_stored_gains_are_data_with_their_provenance(tmp_path, monkeypatch):
     provenance = tuned.record("pd")["provenance"]
     assert provenance.items() >= {
         "command": "python train/tune.py", "commit": "abc", "baseline": "pd", "scenario": "flagship", "seed": 800_000,
-        "episodes": 5, "trials": 4, "mean_return": result.mean_return, "fresh_seed": 800_001,
-        "fresh_mean_return": {"tuned": 1.5, "default": 1.0},
+        "episodes": 5, "trials": 4, "objective": "availability", "value": result.value, "fresh_seed": 800_001,
+        "fresh_values": {"tuned": 1.5, "default": 1.0},
     }.items()  # fmt: skip
     assert "cmaes" in provenance["sampler"] and str(tmp_path) not in path.read_text()
     baseline = baselines.make("pd", TINY, gains="tuned")

@@ -13,7 +13,7 @@ from ftac_gym.baselines import Range
 from ftac_gym.baselines.controllers.pd import PDDisturbanceObserver
 from ftac_gym.evaluation import tuning
 from ftac_gym.evaluation.tuning import JOURNAL, Study, tune
-from ftac_gym.evaluation.tuning_objective import FAILED, Search, mean_return
+from ftac_gym.evaluation.tuning_objective import FAILED, Search, value_of
 from ftac_gym.utils.files import locked
 
 SIZE = SEARCH.population
@@ -31,7 +31,7 @@ def undisturbed(tmp_path_factory):
     """Return the result of a study of two generations without interruption, and its journal."""
     folder = tmp_path_factory.mktemp("undisturbed")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(tuning, "mean_return", judge)
+        patch.setattr(tuning, "value_of", judge)
         return tune(SEARCH, folder, WHOLE), (folder / JOURNAL).read_bytes()
 
 
@@ -39,7 +39,7 @@ def test_it_finds_the_maximum(flown, tmp_path):
     result = tune(SEARCH, tmp_path, 10 * SIZE)
     assert result.gains["rate_gain"] == pytest.approx(6.0, abs=0.5)
     assert result.gains["braking_share"] == pytest.approx(0.4, abs=0.1)
-    assert result.mean_return == max(judge(SEARCH, gains) for gains in flown) > -0.3
+    assert result.value == max(judge(SEARCH, gains) for gains in flown) > -0.3
 
 
 @pytest.mark.parametrize("trials", [1, 2, SIZE, SIZE + 1, SIZE + 2])
@@ -49,7 +49,7 @@ def test_the_budget_holds(trials, flown, tmp_path):
     assert len(flown) == result.trials == trials and result.failed == 0
     assert [done for done, _ in seen] == list(range(trials + 1))
     best = [value for _, value in seen]
-    assert best[0] == FAILED and best == sorted(best) and best[-1] == result.mean_return
+    assert best[0] == FAILED and best == sorted(best) and best[-1] == result.value
     defaults = baselines.defaults(SEARCH.baseline)
     assert {name: flown[0][name] for name in ("rate_gain", "rate_limit")} == {
         name: pytest.approx(defaults[name], rel=1e-3) for name in ("rate_gain", "rate_limit")
@@ -59,8 +59,8 @@ def test_the_budget_holds(trials, flown, tmp_path):
 def test_the_journal_has_a_line_for_the_setting_and_one_for_each_trial(flown, tmp_path):
     tune(SEARCH, tmp_path, 3)
     setting, *trials = (json.loads(line) for line in (tmp_path / JOURNAL).read_text().splitlines())
-    assert setting["baseline"] == "pd" and setting["episodes"] == 5
-    assert trials == [{"gains": gains, "mean_return": judge(SEARCH, gains)} for gains in flown]
+    assert setting["baseline"] == "pd" and setting["episodes"] == 5 and setting["objective"] == "availability"
+    assert trials == [{"gains": gains, "value": judge(SEARCH, gains)} for gains in flown]
 
 
 def test_a_resumed_study_flies_the_rest_only(flown, tmp_path):
@@ -87,11 +87,11 @@ def test_a_kill_between_any_two_trials_changes_nothing(after, flown, undisturbed
         flown.append(gains)
         return judge(task, gains)
 
-    monkeypatch.setattr(tuning, "mean_return", killed)
+    monkeypatch.setattr(tuning, "value_of", killed)
     with pytest.raises(KilledError):
         tune(SEARCH, tmp_path, WHOLE)
     assert len(Study(SEARCH, tmp_path).trials) == after
-    monkeypatch.setattr(tuning, "mean_return", judge)
+    monkeypatch.setattr(tuning, "value_of", judge)
     assert (tune(SEARCH, tmp_path, WHOLE), (tmp_path / JOURNAL).read_bytes()) == undisturbed
 
 
@@ -115,9 +115,9 @@ def test_it_needs_no_links(flown, tmp_path, monkeypatch):
 
 def test_workers_change_nothing(tmp_path):
     results = [tune(SEARCH, tmp_path / str(workers), SIZE + 4, workers=workers) for workers in (1, 2)]
-    assert results[0] == results[1] and math.isfinite(results[0].mean_return)
+    assert results[0] == results[1] and math.isfinite(results[0].value)
     assert (tmp_path / "1" / JOURNAL).read_bytes() == (tmp_path / "2" / JOURNAL).read_bytes()
-    assert results[0].mean_return == mean_return(SEARCH, results[0].gains)
+    assert results[0].value == value_of(SEARCH, results[0].gains)
 
 
 def test_another_seed_of_the_sampler_is_another_search(flown, tmp_path):
@@ -132,13 +132,13 @@ def test_gains_that_fail_do_not_stop_it(tmp_path):
     result = tune(task, tmp_path, 3 * task.population)
     assert 0 < result.failed < result.trials == 3 * task.population
     assert result.gains["braking_share"] <= 1.0 and result.gains["rate_gain"] <= 7.0
-    values = [trial.mean_return for trial in Study(task, tmp_path).trials]
+    values = [trial.value for trial in Study(task, tmp_path).trials]
     assert values.count(FAILED) == result.failed
     assert tune(task, tmp_path, 3 * task.population) == result
 
 
 def test_nothing_that_flies(monkeypatch, tmp_path):
-    monkeypatch.setattr(tuning, "mean_return", lambda task, gains: FAILED)
+    monkeypatch.setattr(tuning, "value_of", lambda task, gains: FAILED)
     with pytest.raises(ValueError, match="trials must have one whose gains can be flown, got 4"):
         tune(SEARCH, tmp_path, 4)
 
@@ -147,6 +147,7 @@ def test_nothing_that_flies(monkeypatch, tmp_path):
     ("changes", "message"),
     [
         ({"episodes": 6}, r"differs in episodes \(5, now 6\), got"),
+        ({"objective": "return"}, r"differs in objective \('availability', now 'return'\), got"),
         ({"seed": 7, "sampler_seed": 2}, r"differs in seed \(800000, now 7\), sampler_seed \(0, now 2\), got"),
         ({"scenario": TINY.replace(duration=4.5)}, r"differs in scenario, got"),
         ({"baseline": "pd_dob"}, r"differs in baseline \('pd', now 'pd_dob'\), .*space, got"),

@@ -1,4 +1,4 @@
-"""Objective of the tuner: mean returns, rounding, and checks of a search."""
+"""Objectives of the tuner: means of a metric, rounding, and checks of a search."""
 
 import math
 import subprocess
@@ -12,7 +12,7 @@ from ftac_gym import baselines
 from ftac_gym.baselines import Range
 from ftac_gym.evaluation import rollout
 from ftac_gym.evaluation import tuning_objective as objective
-from ftac_gym.evaluation.tuning_objective import FAILED, Search, fly, mean_return
+from ftac_gym.evaluation.tuning_objective import FAILED, OBJECTIVES, Search, fly, value_of
 from ftac_gym.policies import DeferredBaseline
 
 
@@ -22,21 +22,22 @@ def entries(monkeypatch):
     register(monkeypatch)
 
 
-def test_the_objective_is_the_mean_return_of_feasible_episodes():
-    task = Search("pd", TINY, episodes=9, seed=0)
+@pytest.mark.parametrize("name", OBJECTIVES)
+def test_the_objective_is_the_mean_of_its_metric_over_feasible_episodes(name):
+    task = Search("pd", TINY, episodes=9, seed=0, objective=name)
     history = rollout(TINY, DeferredBaseline("pd", rate_gain=6.0), seed=task.seed, count=9)
     feasible = history.episodes.feasible
     assert feasible.any() and not feasible.all()
-    assert mean_return(task, {"rate_gain": 6.0}) == pytest.approx(history.metrics()["return"][feasible].mean())
+    assert value_of(task, {"rate_gain": 6.0}) == pytest.approx(history.metrics()[name][feasible].mean())
     assert len(fly(task, {}, seed=3)["return"]) == TINY.draw(3, 9).feasible.sum()
 
 
 @pytest.mark.usefixtures("entries")
 def test_gains_that_cannot_be_flown_are_the_worst():
     task = Search("selective", TINY, episodes=2)
-    assert mean_return(task, {"braking_share": 1.2}) == FAILED
-    assert mean_return(task, {"rate_gain": 7.5}) == FAILED
-    assert math.isfinite(mean_return(task, {"rate_gain": 6.0}))
+    assert value_of(task, {"braking_share": 1.2}) == FAILED
+    assert value_of(task, {"rate_gain": 7.5}) == FAILED
+    assert math.isfinite(value_of(task, {"rate_gain": 6.0}))
 
 
 def test_gains_are_rounded_before_they_fly():
@@ -73,6 +74,7 @@ def test_the_start(entries, monkeypatch):
     ("arguments", "message"),
     [
         ({"baseline": "unknown"}, "baseline must be one of .*'unknown'"),
+        ({"objective": "energy"}, r"objective must be one of \['availability', 'success', 'return'\], got 'energy'"),
         ({"episodes": 0}, "episodes must be positive, got 0"),
         ({"seed": 10_000}, "seed and the next must not be of the frozen test episodes.*got 10000"),
         ({"seed": 11_999}, "seed and the next must not be of the frozen test episodes.*got 11999"),

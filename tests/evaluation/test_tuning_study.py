@@ -19,7 +19,7 @@ def undisturbed(tmp_path_factory):
     """Return the result of a study and the lines of its journal."""
     folder = tmp_path_factory.mktemp("undisturbed")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(tuning, "mean_return", judge)
+        patch.setattr(tuning, "value_of", judge)
         result = tune(SEARCH, folder, TRIALS)
     return result, (folder / JOURNAL).read_bytes().splitlines(keepends=True)
 
@@ -34,12 +34,12 @@ def written(folder, content):
     [
         (0, b'{"baseline": "p'),
         (4, b'{"gains": {"rate_g'),
-        (4, b'{"gains": {"rate_gain": 4.0}, "mean_ret{"gains": {"rate_gain"\n'),
+        (4, b'{"gains": {"rate_gain": 4.0}, "val{"gains": {"rate_gain"\n'),
         (4, b"\0" * 4096),
-        (4, b'{"gains": {"rate_gain": 4.0}, "mean_return": NaN}\n'),
-        (4, b'{"gains": {"rate_gain": 4.0}, "mean_return": "-3"}\n'),
-        (4, b'{"gains": {"rate_gain": 4.0}, "mean_return": -%s}\n' % (b"7" * 400)),
-        (4, b'{"gains": [4.0], "mean_return": -3.0}\n'),
+        (4, b'{"gains": {"rate_gain": 4.0}, "value": NaN}\n'),
+        (4, b'{"gains": {"rate_gain": 4.0}, "value": "-3"}\n'),
+        (4, b'{"gains": {"rate_gain": 4.0}, "value": -%s}\n' % (b"7" * 400)),
+        (4, b'{"gains": [4.0], "value": -3.0}\n'),
         (4, b"[1]\n\xff\xfe\n"),
     ],
     ids=["setting", "cut", "cut twice", "zeros", "not finite", "text", "digits", "list", "other lines"],
@@ -62,7 +62,7 @@ def test_whole_trials_after_a_damaged_line_survive_too(damage, flown, undisturbe
     result, lines = undisturbed
     with pytest.warns(UserWarning, match="line 4 is damaged"):
         assert tune(SEARCH, written(tmp_path, b"".join([*lines[:3], damage, *lines[4:]])), TRIALS) == result
-    assert [judge(SEARCH, gains) for gains in flown] == [json.loads(lines[3])["mean_return"]]
+    assert [judge(SEARCH, gains) for gains in flown] == [json.loads(lines[3])["value"]]
     assert (tmp_path / JOURNAL).read_bytes() == b"".join(lines)
 
 
@@ -117,11 +117,18 @@ def test_a_full_disk_leaves_a_journal_that_goes_on(flown, undisturbed, tmp_path)
     assert (tmp_path / JOURNAL).read_bytes() == b"".join(lines)
 
 
-def test_failed_trials_are_strict_json_and_older_journals_are_read(tmp_path):
+def test_failed_trials_are_strict_json(tmp_path):
     study = Study(SEARCH, tmp_path)
     study.add(Trial({"rate_gain": 4.0}, FAILED))
     path = tmp_path / JOURNAL
-    assert json.loads(path.read_text().splitlines()[1], parse_constant=pytest.fail)["mean_return"] is None
+    assert json.loads(path.read_text().splitlines()[1], parse_constant=pytest.fail)["value"] is None
     assert Study(SEARCH, tmp_path).trials == study.trials
-    path.write_text(path.read_text().replace('"mean_return": null', '"mean_return": -Infinity'))
-    assert Study(SEARCH, tmp_path).trials == study.trials
+
+
+def test_a_journal_of_before_there_were_objectives_is_refused_and_stays(tmp_path):
+    setting = {name: value for name, value in SEARCH.setting.items() if name != "objective"}
+    content = json.dumps(setting) + '\n{"gains": {"rate_gain": 4.0}, "mean_return": -Infinity}\n'
+    (tmp_path / JOURNAL).write_text(content)
+    with pytest.raises(ValueError, match=r"this one differs in objective \(None, now 'availability'\), got"):
+        Study(SEARCH, tmp_path)
+    assert (tmp_path / JOURNAL).read_text() == content

@@ -19,7 +19,7 @@ SEARCH = Search("pd", TINY, episodes=5)
 
 
 def judge(search, gains):
-    """Return a mean return with its maximum, zero, at a rate gain of 6 and a braking share of 0.4."""
+    """Return a value with its maximum, zero, at a rate gain of 6 and a braking share of 0.4."""
     return -((gains["rate_gain"] - 6.0) ** 2) - 10.0 * (gains["braking_share"] - 0.4) ** 2
 
 
