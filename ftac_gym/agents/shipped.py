@@ -87,7 +87,7 @@ def training_curve(agent: Path) -> list[dict[str, float]]:
 def best_agent(path: Path) -> Path:
     """Return the agent at a path that is the best of its training seeds in its own evaluations.
 
-    The episodes of these evaluations belong neither to training nor to the test.
+    The episodes of these evaluations are those of the validation: neither training nor test has them.
     """
 
     def mean_return(agent: Path) -> float:

@@ -1,8 +1,9 @@
 """Compare policies on identical episodes: tables by fault kind and by split, CSV files, plots and a report.
 
-The flagship and its splits are flown on their frozen test episodes, another scenario on episodes of a seed. With
---benchmark, all baselines that fit and all shipped agents fly all splits in parallel. Baselines have default and tuned
-gains, agents all their training seeds. The result is an HTML report with ranks and paired differences.
+The flagship and its splits are flown on their frozen test episodes, another scenario on episodes of a seed. Choose by
+--episodes-of validation. With --benchmark, all baselines that fit and all shipped agents fly all splits in parallel.
+Baselines have default and tuned gains, agents all their training seeds. The result is an HTML report with ranks and
+paired differences.
 
 Finished batches are stored in the output folder, and a killed evaluation continues after them. A policy that fails in
 flight is named with its episode and left out of the tables; the others go on, and the exit status says that one failed.
@@ -16,6 +17,7 @@ For example:
     ftac-evaluate --benchmark --policies agent pd_dob runs/five --episodes 100 --backend ray
     ftac-evaluate --policies runs/my_run/agent agent pd_dob --reference agent
     ftac-evaluate --policies my_module:my_policy "sb3:model.zip hold=5" pd_dob
+    ftac-evaluate --policies runs/one/agent runs/two/agent pd_dob --episodes-of validation
     ftac-evaluate --seed 3 --episodes 100
     ftac-evaluate --scenario my_satellite.json --policies pd_dob "pd_dob runs/tuning/my_satellite/pd_dob/gains.json"
 """
@@ -91,8 +93,11 @@ class Config:
     """Feasible episodes of each scenario; infeasible ones between them are flown too and counted apart."""
     count_infeasible: bool = False
     """Count every episode as feasible: the label is conservative, and some papers' examples do not have it."""
+    episodes_of: Literal["validation", "test"] = "test"
+    """Frozen lists of the flagship's splits: those of the validation are for every choice, those of the test for the
+    last table alone. For other scenarios the same with drawn episodes, of seed 20000 and 10000."""
     seed: int | None = None
-    """Seed of the episodes; by default the frozen lists of the flagship's splits, and 10000 for other scenarios."""
+    """Seed of the episodes, instead of those of --episodes-of."""
     detail: int | None = None
     """Episode to draw in detail; by default the first feasible one with the onset of a bias on target."""
     output: Path = Path("results")
@@ -112,7 +117,7 @@ class Config:
     @property
     def first_seed(self) -> int:
         """Seed of drawn episodes."""
-        return frozen.FIRST_SEED if self.seed is None else self.seed
+        return frozen.FIRST_SEED[self.episodes_of] if self.seed is None else self.seed
 
     @property
     def contenders(self) -> tuple[str, ...]:
@@ -132,6 +137,8 @@ def check_options(config: Config) -> None:
         if getattr(config, name) != getattr(Config, name):
             option, mode = name.replace("_", "-"), "with" if config.benchmark else "without"
             raise SystemExit(f"--{option} has no effect {mode} --benchmark: {reason}")
+    if config.seed is not None and config.episodes_of != Config.episodes_of:
+        raise SystemExit(f"--episodes-of has no effect with --seed: the episodes are those of seed {config.seed}")
     names: dict[str, str] = {}
     for text in config.scenarios:
         scenario_of(text, "scenario" if text == config.scenario else "splits")
@@ -179,7 +186,7 @@ def draw(config: Config, name: str) -> Episodes:
         if config.count_infeasible:
             return scenario.draw(config.first_seed, config.episodes)
         if config.seed is None and name in SPLITS:
-            return frozen.load(name, config.episodes)
+            return frozen.load(name, config.episodes, config.episodes_of)
         return frozen.draw_feasible(scenario, config.first_seed, config.episodes)
     except ValueError as error:
         hint = " (--count-infeasible counts them all)" if "feasible episodes" in str(error) else ""
@@ -262,9 +269,9 @@ def left_out(failures: list[str]) -> list[str]:
 
 def origin(config: Config, drawn: dict[str, Episodes]) -> list[str]:
     """Return lines with the origin of the episodes and of the gains."""
-    frozen_lists = SPLITS if config.seed is None and not config.count_infeasible else ()
+    frozen_lists, usual = SPLITS if config.seed is None and not config.count_infeasible else (), config.episodes_of
     lines = [
-        f"{name}: {len(item)} episodes ({'frozen' if name in frozen_lists else f'seed {config.first_seed}'}), "
+        f"{name}: {len(item)} episodes ({f'frozen {usual}' if name in frozen_lists else f'seed {config.first_seed}'}), "
         f"{int(item.feasible.sum())} of them feasible, digest {item.digest()[:12]}"
         for name, item in drawn.items()
     ]

@@ -2,7 +2,7 @@
 
 Hyperparameters come from training/configs/ALGO.yml, by environment id, in the format of RL Baselines3 Zoo. All files
 of a run lie in its folder: ``config.json``, checkpoints, ``evaluations.csv``, TensorBoard logs, and in ``agent`` the
-best agent so far. The best agent has the largest mean return on fixed feasible episodes. ``--resume`` continues a
+best agent so far. The best agent has the largest mean return on validation episodes. ``--resume`` continues a
 killed run from its last checkpoint and keeps the best agent.
 
 For example:
@@ -75,11 +75,10 @@ class Config:
     torch_threads: int = 2
     """Threads of PyTorch."""
     evaluate_every: int = 250_000
-    """Steps between evaluations on fixed episodes."""
-    evaluation_episodes: int = 600
-    """Episodes of an evaluation, of which the feasible ones count."""
-    evaluation_seed: int = 900_000
-    """Seed of those episodes, which neither training nor the reported test uses."""
+    """Steps between evaluations on validation episodes."""
+    evaluation_episodes: int = 500
+    """Feasible episodes of an evaluation. They are validation episodes: the frozen list of a split of the flagship, and
+    drawn ones of other tasks. Neither the training nor the test uses them."""
     checkpoint_every: int = 500_000
     """Steps between checkpoints."""
     resume: bool = False
@@ -89,7 +88,7 @@ class Config:
 BOUNDS = {
     "total_steps": (1, 10**12), "num_envs": (1, 10**6), "critic_warmup": (0, 10**12), "severity_steps": (0, 10**12),
     "seed": (0, 2**31 - 1), "seeds": (1, 10**6), "torch_threads": (1, 1024), "evaluate_every": (1, 10**12),
-    "evaluation_episodes": (1, 10**9), "evaluation_seed": (0, 2**31 - 1), "checkpoint_every": (1, 10**12),
+    "evaluation_episodes": (1, 10**9), "checkpoint_every": (1, 10**12),
 }  # fmt: skip
 """Least and largest value of whole numbers."""
 

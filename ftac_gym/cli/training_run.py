@@ -68,7 +68,7 @@ def hyperparameters_of(config: Config) -> Hyperparameters:
 def schedule_of(config: Config, parameters: Hyperparameters) -> Schedule:
     """Return the schedule of the run; without a base, the critic needs no warm-up."""
     return Schedule(
-        config.evaluate_every, config.checkpoint_every, config.evaluation_episodes, config.evaluation_seed,
+        config.evaluate_every, config.checkpoint_every, config.evaluation_episodes,
         config.critic_warmup if has_base(parameters.interface) else 0, config.severity_start, config.severity_steps,
     )  # fmt: skip
 
@@ -160,8 +160,7 @@ def train(config: Config) -> None:
             env_id_of(config), scenario, parameters.interface, parameters.n_envs, task
         )
         # Evaluations are on the task itself, with the reward of the training.
-        task = task.replace(reward=scenario.reward)
-        judge = evaluator(task, schedule.evaluation_seed, schedule.evaluation_episodes)
+        judge = evaluator(task, schedule.evaluation_episodes, scenario.reward)
         around: VecEnv = env
         if parameters.normalize:
             around = VecNormalize(env, gamma=parameters.settings.get("gamma", 0.99))

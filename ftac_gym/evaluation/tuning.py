@@ -139,7 +139,7 @@ def _tune(
 
 
 def store(
-    result: Result, command: str, commit: str | None, fresh: Mapping[str, float], path: Path | None = None
+    result: Result, command: str, commit: str | None, validation: Mapping[str, float], path: Path | None = None
 ) -> Path:
     """Write tuned gains and their provenance to a file, and return it.
 
@@ -151,8 +151,8 @@ def store(
         Command line that finds it again.
     commit
         Git commit of the code, or None.
-    fresh
-        Value by name of the gains, over the feasible episodes of the next seed.
+    validation
+        Value by name of the gains, over the feasible episodes of the validation.
     path
         The file, whose path is then the name of the gains; by default that of the package for ``gains="tuned"``.
 
@@ -175,8 +175,8 @@ def store(
         "scenario": search.scenario.name,
         "trials": result.trials,
         "value": result.value,
-        "fresh_seed": search.seed + 1,
-        "fresh_values": dict(fresh),
+        "validation_digest": search.validation().digest(),
+        "validation_values": dict(validation),
     }
     path = Path(str(tuned.FOLDER)) / f"{search.baseline}.json" if path is None else path
     write_text(path, json.dumps({"gains": result.gains, "provenance": provenance}, indent=2) + "\n")

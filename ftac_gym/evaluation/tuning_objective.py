@@ -12,6 +12,7 @@ import numpy as np
 
 from ftac_gym import baselines
 from ftac_gym.baselines.gains import SearchSpace
+from ftac_gym.evaluation.episodes import judging_episodes
 from ftac_gym.evaluation.metrics import Metrics
 from ftac_gym.evaluation.rollout import rollout
 from ftac_gym.policies import DeferredBaseline
@@ -32,8 +33,8 @@ FAILED = -math.inf
 class Search:
     """A baseline to tune, with the objective and the episodes to tune it on.
 
-    Infeasible episodes do not count: what gains achieve there before the wheels give out is mostly the initial state,
-    which adds scatter to every value and nothing to the ranking.
+    Infeasible episodes do not count: what gains achieve there depends mostly on the initial state. They would add
+    scatter to every value, and little to the ranking.
 
     Parameters
     ----------
@@ -44,7 +45,7 @@ class Search:
     episodes
         Episodes that all gains fly, of which the feasible ones count.
     seed
-        Seed of those episodes; the next seed is for checking the result. Neither may belong to frozen test episodes.
+        Seed of those episodes; not one that is reserved for frozen episodes.
     sampler_seed
         Seed of CMA-ES.
     objective
@@ -53,8 +54,8 @@ class Search:
     Raises
     ------
     ValueError
-        If the baseline is unknown, has fewer than two gains to search or does not fit the scenario, the objective is
-        unknown, or no episode is feasible.
+        If the baseline is unknown, has fewer than two gains to search or does not fit the scenario. If the objective is
+        unknown, the seed is reserved, no episode is feasible, or too few are for a validation.
     """
 
     baseline: str
@@ -70,13 +71,21 @@ class Search:
         require(len(self.space) > 1, "baseline", "must have at least two gains to search", self.baseline)
         baselines.make(self.baseline, self.scenario)
         require(self.episodes > 0, "episodes", "must be positive", self.episodes)
-        taken = set(frozen.seeds().values())
-        free = not taken & {self.seed, self.seed + 1}
-        require(free, "seed", f"and the next must not be of the frozen test episodes, {sorted(taken)}", self.seed)
-        drawn = [_drawn(self.scenario.to_json(), seed, self.episodes) for seed in (self.seed, self.seed + 1)]
-        feasible = all(item.feasible.any() for item in drawn)
-        rule = "must have a feasible one among them, and among those of the next seed"
-        require(feasible, "episodes", rule, self.episodes)
+        frozen.check_free(self.seed)
+        feasible = bool(self.training().feasible.any())
+        require(feasible, "episodes", "must have a feasible one among them", self.episodes)
+        self.validation()
+
+    def training(self) -> Episodes:
+        """Return the episodes that all gains fly."""
+        return _drawn(self.scenario.to_json(), self.seed, self.episodes)
+
+    def validation(self) -> Episodes:
+        """Return validation episodes, which check the result: as many feasible ones as the search flies episodes.
+
+        The frozen list of a split ends at its length.
+        """
+        return _validation(self.scenario.to_json(), min(self.episodes, frozen.FEASIBLE))
 
     @property
     def space(self) -> SearchSpace:
@@ -129,12 +138,17 @@ def _drawn(scenario: str, seed: int, count: int) -> Episodes:
     return Scenario.from_json(scenario).draw(seed, count)
 
 
-def fly(search: Search, gains: Mapping[str, Any], seed: int | None = None) -> Metrics:
-    """Return the metrics of gains over the feasible episodes of a seed, the search's own by default.
+@lru_cache(maxsize=4)
+def _validation(scenario: str, feasible: int) -> Episodes:
+    return judging_episodes(Scenario.from_json(scenario), feasible, "validation")
+
+
+def fly(search: Search, gains: Mapping[str, Any], episodes: Episodes | None = None) -> Metrics:
+    """Return the metrics of gains over the feasible episodes among those given, by default those of the search.
 
     Empty gains are the baseline's own.
     """
-    episodes = _drawn(search.scenario.to_json(), search.seed if seed is None else seed, search.episodes)
+    episodes = search.training() if episodes is None else episodes
     return rollout(search.scenario, DeferredBaseline(search.baseline, **gains), episodes).feasible_metrics()
 
 

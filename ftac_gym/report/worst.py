@@ -12,8 +12,9 @@ from ftac_gym.evaluation.entries import Entry
 from ftac_gym.plots import fault_description
 from ftac_gym.report.provenance import policy_name
 from ftac_gym.report.results import Results, values
-from ftac_gym.scenarios import is_shipped
+from ftac_gym.scenarios import frozen, is_shipped
 from ftac_gym.task.episodes import Episodes
+from ftac_gym.utils.randomness import keys_from_seeds
 
 COUNT = 5
 """Episodes of each split."""
@@ -124,4 +125,6 @@ def replay_command(split: str, episodes: Episodes, index: int, names: Sequence[s
     # The list ends with this episode: no other one need be flown.
     count = int(episodes.feasible[: index + 1].sum())
     words = ["ftac-evaluate", "--policies", *dict.fromkeys(known), "--reference", known[-1]]
+    if (episodes.key[index] == keys_from_seeds([frozen.seed_of(split, "validation")])).all():
+        words += ["--episodes-of", "validation"]
     return shlex.join([*words, "--scenario", split, "--splits", "--episodes", str(count), "--detail", str(index)])

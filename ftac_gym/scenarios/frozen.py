@@ -1,14 +1,14 @@
-"""Frozen test episodes of the flagship's splits, the same for every policy.
+"""Frozen episodes of the flagship's splits, the same for every policy: a validation and a test list for each split.
 
-For each split ``frozen.json`` holds the seed, the number of episodes drawn from it, the number of feasible ones among
-them, and their digest. ``python -m ftac_gym.scenarios.frozen`` writes the file anew, which makes earlier results
-incomparable.
+Validation lists are for every choice: gains, checkpoints, designs. Test lists are for the last table alone. For each of
+them ``frozen.json`` holds the seed, the number of episodes drawn from it, the number of feasible ones among them, and
+their digest. ``python -m ftac_gym.scenarios.frozen`` writes the file anew, which makes earlier results incomparable.
 """
 
 import json
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -21,15 +21,27 @@ from ftac_gym.utils.serialization import parse_json
 FEASIBLE = 500
 """Feasible episodes of each list."""
 
-FIRST_SEED = 10_000
-"""Seed of the flagship's list; each split that follows has the next thousand. No training or tuning may use them."""
+Kind = Literal["validation", "test"]
+"""Kind of a list."""
+
+FIRST_SEED: dict[Kind, int] = {"validation": 20_000, "test": 10_000}
+"""Seed of the flagship's list of each kind; each split that follows has the next thousand."""
+
+RESERVED = range(10_000, 30_000)
+"""Seeds that no training and no tuning may use: those of all lists, with room for further splits."""
 
 _FILE = "frozen.json"
 
 
-def seeds() -> dict[str, int]:
-    """Return the seed of each split's list, by its name."""
-    return {split: FIRST_SEED + 1_000 * number for number, split in enumerate(scenarios.SPLITS)}
+def seeds(kind: Kind = "test") -> dict[str, int]:
+    """Return the seed of each split's list of a kind, by the name of the split."""
+    _check_kind(kind)
+    return {split: FIRST_SEED[kind] + 1_000 * number for number, split in enumerate(scenarios.SPLITS)}
+
+
+def seed_of(name: str, kind: Kind = "test") -> int:
+    """Return the seed of a scenario's episodes of a kind: that of its list, or for other scenarios the flagship's."""
+    return seeds(kind).get(name, FIRST_SEED[kind])
 
 
 def draw_feasible(scenario: Scenario, seed: int, feasible: int) -> Episodes:
@@ -56,8 +68,8 @@ def first_feasible(episodes: Episodes, feasible: int) -> Episodes:
     return episodes[: int(np.flatnonzero(episodes.feasible)[feasible - 1]) + 1]
 
 
-def load(split: str, feasible: int = FEASIBLE) -> Episodes:
-    """Return the frozen episodes of a split.
+def load(split: str, feasible: int = FEASIBLE, kind: Kind = "test") -> Episodes:
+    """Return frozen episodes of a split.
 
     Parameters
     ----------
@@ -65,41 +77,59 @@ def load(split: str, feasible: int = FEASIBLE) -> Episodes:
         One of :data:`~ftac_gym.scenarios.splits.SPLITS`.
     feasible
         Number of feasible episodes. The list ends with the last of them and includes the infeasible ones before it.
+    kind
+        ``"validation"`` to choose by, ``"test"`` for the last table.
 
     Raises
     ------
     ValueError
-        If the split is unknown, the list has fewer feasible episodes, or the episodes drawn are not the frozen ones.
+        If split or kind is unknown, the list has fewer feasible episodes, or the episodes drawn are not the frozen
+        ones.
     """
     known = _lists()
     require(split in known, "split", f"must be one of {list(known)}", split)
-    entry = known[split]
+    _check_kind(kind)
+    entry = known[split][kind]
     require(1 <= feasible <= entry["feasible"], "feasible", f"must be within [1, {entry['feasible']}]", feasible)
     episodes = scenarios.get(split).draw(entry["seed"], entry["count"])
-    rule = f"must be the frozen episodes of {split}, digest {entry['digest']}; scenario or drawing has changed, digest"
+    name = f"the frozen {kind} episodes of {split}"
+    rule = f"must be {name}, digest {entry['digest']}; scenario or drawing has changed, digest"
     digest = episodes.digest()
     require(digest == entry["digest"], "episodes", rule, digest)
     return first_feasible(episodes, feasible)
 
 
+def check_free(seed: int, name: str = "seed") -> None:
+    """Raise a ValueError that names a seed which is reserved for frozen episodes."""
+    rule = f"must not be within [{RESERVED[0]}, {RESERVED[-1]}], the seeds of frozen validation and test episodes"
+    require(seed not in RESERVED, name, rule, seed)
+
+
+def _check_kind(kind: str) -> None:
+    require(kind in FIRST_SEED, "kind", f"must be one of {list(FIRST_SEED)}", kind)
+
+
 def _lists() -> dict[str, Any]:
-    """Return the content of the file, by split."""
+    """Return the content of the file, by split and kind."""
     path = resources.files(scenarios).joinpath(_FILE)
     with reading(Path(str(path)), "install the package again"):
         known = parse_json(path.read_bytes())
         for split in scenarios.SPLITS:
-            for part, kind in (("seed", int), ("count", int), ("feasible", int), ("digest", str)):
-                value = known[split][part]
-                require(type(value) is kind, f"{part} of {split}", f"must be of type {kind.__name__}", value)
+            for kind in FIRST_SEED:
+                for part, of_type in (("seed", int), ("count", int), ("feasible", int), ("digest", str)):
+                    value, name = known[split][kind][part], f"{part} of the {kind} list of {split}"
+                    require(type(value) is of_type, name, f"must be of type {of_type.__name__}", value)
         return dict(known)
 
 
 def freeze(path: Path) -> None:
     """Draw the lists of all splits and write them to a file."""
-    lists = {}
-    for split, seed in seeds().items():
-        episodes = draw_feasible(scenarios.get(split), seed, FEASIBLE)
-        lists[split] = {"seed": seed, "count": len(episodes), "feasible": FEASIBLE, "digest": episodes.digest()}
+    lists: dict[str, dict[str, Any]] = {split: {} for split in scenarios.SPLITS}
+    for kind in FIRST_SEED:
+        for split, seed in seeds(kind).items():
+            episodes = draw_feasible(scenarios.get(split), seed, FEASIBLE)
+            entry = {"seed": seed, "count": len(episodes), "feasible": FEASIBLE, "digest": episodes.digest()}
+            lists[split][kind] = entry
     write_text(path, json.dumps(lists, indent=2) + "\n")
 
 

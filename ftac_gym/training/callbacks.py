@@ -13,7 +13,6 @@ from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from ftac_gym.agents.agent import Agent
 from ftac_gym.agents.interface import Interface
 from ftac_gym.agents.storage import amend_card
-from ftac_gym.scenarios import frozen
 from ftac_gym.training.algorithms import let_actor_learn
 from ftac_gym.training.checkpoints import checkpoints, save_checkpoint
 from ftac_gym.training.evaluations import AGENT, Evaluations
@@ -29,8 +28,8 @@ class Schedule:
     ----------
     evaluate_every, checkpoint_every
         Steps between evaluations and between checkpoints.
-    evaluation_episodes, evaluation_seed
-        The fixed episodes of evaluations; the feasible ones count.
+    evaluation_episodes
+        Feasible validation episodes of each evaluation.
     critic_warmup
         Steps at the start in which the critic alone learns.
     severity_start
@@ -42,7 +41,6 @@ class Schedule:
     evaluate_every: int
     checkpoint_every: int
     evaluation_episodes: int
-    evaluation_seed: int
     critic_warmup: int
     severity_start: float = 1.0
     severity_steps: int = 0
@@ -54,9 +52,6 @@ class Schedule:
             require(isinstance(value, int) and value > 0, name, "must be a positive integer", value)
         inside = 0.0 <= self.severity_start <= 1.0
         require(inside, "severity_start", "must be within [0, 1]", self.severity_start)
-        taken = list(frozen.seeds().values())
-        rule = f"must not be of the frozen test episodes, {taken}"
-        require(self.evaluation_seed not in taken, "evaluation_seed", rule, self.evaluation_seed)
 
     def severity(self, steps: int) -> float:
         """Return the severity of the faults after a number of steps."""
@@ -67,8 +62,8 @@ class Schedule:
 class TrainingCallback(BaseCallback):
     """Checkpoints and evaluations between rollouts; the best agent so far is kept in the folder ``agent``.
 
-    The best agent has the largest mean return in the evaluations. Their episodes are used neither for training nor for
-    the reported test. The first checkpoint is of the start, so that every killed run can be resumed.
+    The best agent has the largest mean return in the evaluations, which are on validation episodes: neither the
+    training nor the test uses them. The first checkpoint is of the start, so that every killed run can be resumed.
 
     Parameters
     ----------

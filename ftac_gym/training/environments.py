@@ -9,8 +9,10 @@ import gymnasium as gym
 
 from ftac_gym.agents.agent import Agent
 from ftac_gym.agents.interface import Interface
+from ftac_gym.evaluation.episodes import judging_episodes
 from ftac_gym.evaluation.metrics import counted
 from ftac_gym.evaluation.rollout import rollout
+from ftac_gym.task.objective import RewardWeights
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import require
 from ftac_gym.wrappers import SB3VecEnv
@@ -51,27 +53,31 @@ def training_environment(
     return SB3VecEnv(interface.wrap_for_training(native), interface.hold), single.observation_space.shape[0]
 
 
-def evaluator(task: Scenario, seed: int, count: int) -> Callable[[Agent], Mapping[str, float]]:
-    """Return a function that flies an agent through fixed episodes and returns its metrics over the feasible ones.
+def evaluator(task: Scenario, feasible: int, reward: RewardWeights) -> Callable[[Agent], Mapping[str, float]]:
+    """Return a function that flies an agent through validation episodes; its metrics are over the feasible ones.
 
     Parameters
     ----------
     task
-        The task.
-    seed, count
-        Seed and number of the episodes.
+        The task, with its own reward.
+    feasible
+        Number of feasible episodes; see :func:`~ftac_gym.evaluation.episodes.judging_episodes`.
+    reward
+        Weights of the reward of the training.
 
     Raises
     ------
     ValueError
-        If none of them is feasible.
+        If the task has fewer feasible episodes.
     """
-    episodes = task.draw(seed, count)
-    rule = "must have a feasible one among them; a longer duration or fewer faults of the task make more of them so"
-    require(bool(episodes.feasible.any()), "evaluation-episodes", rule, count)
+    try:
+        episodes = judging_episodes(task, feasible, "validation")
+    except ValueError as error:
+        raise ValueError(f"evaluation-episodes: {error}") from None
+    rewarded = task.replace(reward=reward)
 
     def evaluate(agent: Agent) -> dict[str, float]:
-        metrics = rollout(task, agent, episodes).feasible_metrics()
+        metrics = rollout(rewarded, agent, episodes).feasible_metrics()
         return {"mean_return": float(metrics["return"].mean()), **counted(metrics)}
 
     return evaluate

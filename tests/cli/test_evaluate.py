@@ -13,6 +13,7 @@ from ftac_gym import scenarios
 from ftac_gym.agents.agent import Agent
 from ftac_gym.agents.shipped import SHIPPED
 from ftac_gym.evaluation import rollout
+from ftac_gym.evaluation.episodes import judging_episodes
 from ftac_gym.evaluation.metrics import UNITS
 from ftac_gym.evaluation.rows import TABLE_METRICS
 from ftac_gym.report import comparison
@@ -77,6 +78,22 @@ def test_evaluate_with_a_seed_draws_other_episodes(tmp_path):
     np.testing.assert_array_equal(drawn.faults, scenarios.get("flagship").draw(3, len(drawn)).faults)
     with pytest.raises(SystemExit, match=r"--episodes: feasible must be within \[1, 500\], got 501"):
         evaluation.draw(evaluation.Config(episodes=501), "flagship")
+
+
+@pytest.mark.parametrize(("scenario", "words"), [("flagship", "frozen validation"), ("easy", "seed 20000")])
+def test_evaluate_chooses_on_validation_episodes_if_told_to(scenario, words):
+    evaluation = module_of("evaluate")
+    config = evaluation.Config(scenario=scenario, splits=(), episodes=5, episodes_of="validation")
+    drawn = evaluation.draw(config, scenario)
+    assert drawn.digest() == judging_episodes(scenarios.get(scenario), 5, "validation").digest()
+    assert (
+        f"{scenario}: {len(drawn)} episodes ({words}), 5 of them feasible"
+        in evaluation.origin(config, {scenario: drawn})[0]
+    )
+    with pytest.raises(
+        SystemExit, match=r"^--episodes-of has no effect with --seed: the episodes are those of seed 3$"
+    ):
+        evaluation.main(replace(config, seed=3))
 
 
 @pytest.mark.parametrize(

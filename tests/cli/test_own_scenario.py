@@ -12,6 +12,7 @@ from stable_baselines3.common.callbacks import CallbackList
 from ftac_gym import scenarios
 from ftac_gym.agents.agent import Agent
 from ftac_gym.evaluation import rollout
+from ftac_gym.evaluation.episodes import judging_episodes
 from ftac_gym.report import comparison
 from ftac_gym.spacecraft.spacecraft import Spacecraft
 from ftac_gym.spacecraft.wheel_array import WheelArray
@@ -64,7 +65,8 @@ def test_from_a_file_to_tuned_gains_an_agent_and_a_report(own, tmp_path, monkeyp
     assert card["scenario"] == "cubesat" and "--scenario mine.json" in card["command"]
     assert card["interface"]["wrappers"][0][1].items() >= record["gains"].items()
     # The evaluations of the run were on the own scenario.
-    expected = rollout(own, agent, seed=config.evaluation_seed, count=2).feasible_metrics()["return"].mean()
+    validation = judging_episodes(own, 2, "validation")
+    expected = rollout(own, agent, validation).feasible_metrics()["return"].mean()
     assert card["evaluation"]["mean_return"] == pytest.approx(expected)
     # The run goes on with its own copy.
     (tmp_path / "mine.json").write_text(own.replace(duration=1.0).to_json())

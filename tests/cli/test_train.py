@@ -17,6 +17,7 @@ from ftac_gym import baselines, scenarios
 from ftac_gym.agents.agent import Agent
 from ftac_gym.evaluation import evaluate, rollout
 from ftac_gym.evaluation.metrics import UNITS
+from ftac_gym.scenarios import frozen
 from ftac_gym.task.objective import RewardWeights
 from ftac_gym.training.checkpoints import checkpoints
 from ftac_gym.utils.files import locked
@@ -90,7 +91,8 @@ def test_evaluations_along_the_way(whole):
     assert kept["evaluation"].keys() >= counts
     # The weights of the reward are those of the training.
     task = scenarios.get("flagship").replace(reward=RewardWeights(on_target=2.0))
-    metrics = rollout(task, str(whole / "checkpoints" / "0000001024"), seed=900_000, count=2).metrics()
+    episodes = frozen.load("flagship", 2, kind="validation")
+    metrics = rollout(task, str(whole / "checkpoints" / "0000001024"), episodes).feasible_metrics()
     assert float(rows[0]["return"]) == pytest.approx(np.median(metrics["return"]), rel=1e-4)
 
 

@@ -81,7 +81,7 @@ def test_several_seeds(tmp_path):
         ({"seed": -1}, r"--seed must be a whole number within 0 and"),
         ({"hold": 0}, r"--hold must be a positive integer, got 0"),
         ({"training_scenario": "cao_2022"}, r"--training-scenario must have the observation space"),
-        ({"evaluation_seed": 12_000}, r"--evaluation_seed must not be of the frozen test episodes"),
+        ({"evaluation_episodes": 501}, r"--evaluation-episodes: feasible must be within \[1, 500\], got 501"),
         ({"seeds": 2, "resume": True}, r"--resume: no checkpoint under"),
     ],
 )  # fmt: skip
@@ -96,7 +96,7 @@ def test_train_refuses(arguments, message, tmp_path):
     "changed",
     [
         {"hyperparameters": [1, 2]}, {"wrappers": [5]}, {"algo": "dqn"}, {"algo": None}, {"critic_warmup": "a"},
-        {"severity_steps": "x", "severity_start": 0.5}, {"evaluation_seed": "a"}, {"num_envs": "8"},
+        {"severity_steps": "x", "severity_start": 0.5}, {"evaluation_episodes": "a"}, {"num_envs": "8"},
         {"torch_threads": "1"}, {"torch_threads": 0}, {"evaluate_every": True}, {"seed": "0"}, {"total_steps": "x"},
         {"total_steps": 0}, {"seed": 10**30}, {"env_id": None}, {"gone": 1},
     ],

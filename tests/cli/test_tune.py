@@ -14,6 +14,7 @@ from ftac_gym import baselines, scenarios
 from ftac_gym.baselines import tuned
 from ftac_gym.evaluation.tuning import JOURNAL, Study
 from ftac_gym.evaluation.tuning_objective import Search, fly
+from ftac_gym.scenarios import frozen
 from ftac_gym.utils.console import commit
 
 FEW = ("--baseline", "pd", "--episodes", "2")
@@ -73,12 +74,12 @@ def test_it_stores_what_it_finds(stored, tmp_path, capsys, monkeypatch):
     record = tuned.record("pd")
     gains, provenance = record["gains"], record["provenance"]
     assert baselines.make("pd", scenarios.get("flagship"), gains="tuned").gains.rate_gain == gains["rate_gain"]
-    assert f"gains: {json.dumps(gains)}" in printed and "default on fresh episodes: mean availability" in printed
+    assert f"gains: {json.dumps(gains)}" in printed and "default on 2 validation episodes: mean availability" in printed
     assert provenance["command"] == "ftac-tune --baseline pd --trials 2 --episodes 2 --store"
     assert provenance["trials"] == 2 and provenance["commit"] == commit()
-    metrics = fly(search, gains, 800_001)
-    assert provenance["fresh_values"].keys() == {"tuned", "default"}
-    assert provenance["fresh_values"]["tuned"] == pytest.approx(metrics["availability"].mean())
+    metrics = fly(search, gains, frozen.load("flagship", 2, kind="validation"))
+    assert provenance["validation_values"].keys() == {"tuned", "default"}
+    assert provenance["validation_values"]["tuned"] == pytest.approx(metrics["availability"].mean())
     assert str(tmp_path) not in (stored / "pd.json").read_text()
     monkeypatch.setattr(script, "fly", lambda *arguments: metrics)
     # Nothing is stored without --store, and a finished study is not flown again.
@@ -92,9 +93,10 @@ def test_it_stores_what_it_finds(stored, tmp_path, capsys, monkeypatch):
 def test_the_command_finds_the_same_gains():
     script = module_of("tune")
     assert script.command(script.Config()) == "ftac-tune --baseline pd_dob --trials 300"
-    changed = script.Config("pd", "success", "flagship_tracking", 5, 20, 3, 4, workers=9, folder=Path("/somewhere"))
+    changed = script.Config("pd", "flagship_tracking", "success", 5, 20, 3, 4, workers=9, folder=Path("/somewhere"))
     assert script.command(changed) == (
-        "ftac-tune --baseline pd --objective success --scenario flagship_tracking --trials 5 --episodes 20 --seed 3 --sampler-seed 4"
+        "ftac-tune --baseline pd --scenario flagship_tracking --objective success --trials 5 --episodes 20 --seed 3"
+        " --sampler-seed 4"
     )
 
 
@@ -116,7 +118,7 @@ def test_the_commit_is_none_outside_a_checkout(monkeypatch):
         ({"trials": 0}, "--trials must be positive, got 0"),
         ({"workers": 0}, "--workers must be positive, got 0"),
         ({"episodes": 0}, "--episodes must be positive, got 0"),
-        ({"seed": 10_000}, "--seed and the next must not be of the frozen test episodes"),
+        ({"seed": 10_000}, r"--seed must not be within \[10000, 29999\], the seeds of frozen validation and test"),
     ],
 )
 def test_tune_refuses_before_any_work(changes, message, tmp_path):

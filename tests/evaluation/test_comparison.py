@@ -50,11 +50,15 @@ def test_infeasible_episodes_count_on_request():
 def test_the_episodes_of_a_number():
     flagship = scenarios.get("flagship")
     assert judging_episodes(flagship, 3).digest() == frozen.load("flagship", 3).digest()
+    validation = judging_episodes(flagship, 3, "validation")
+    assert validation.digest() == frozen.load("flagship", 3, kind="validation").digest()
     # A changed split is another task, although its name is the same.
     changed = judging_episodes(flagship.replace(tumble_rate=9.0), 3)
     assert changed.digest() != frozen.load("flagship", 3).digest() and changed.feasible.sum() == 3
     drawn = judging_episodes(POINTING, 3)
     assert drawn.digest() == frozen.draw_feasible(POINTING, 10_000, 3).digest()
+    validation = judging_episodes(POINTING, 3, "validation")
+    assert validation.digest() == frozen.draw_feasible(POINTING, 20_000, 3).digest()
     assert judging_episodes(POINTING, EPISODES) is EPISODES
     np.testing.assert_equal(evaluate(POINTING, "pd", 3).metrics, evaluate(POINTING, "pd", drawn).metrics)
     assert (

@@ -26,8 +26,8 @@ def test_stored_gains_are_data_with_their_provenance(tmp_path, monkeypatch):
     provenance = tuned.record("pd")["provenance"]
     assert provenance.items() >= {
         "command": "python train/tune.py", "commit": "abc", "baseline": "pd", "scenario": "flagship", "seed": 800_000,
-        "episodes": 5, "trials": 4, "objective": "availability", "value": result.value, "fresh_seed": 800_001,
-        "fresh_values": {"tuned": 1.5, "default": 1.0},
+        "episodes": 5, "trials": 4, "objective": "availability", "value": result.value,
+        "validation_digest": SEARCH.validation().digest(), "validation_values": {"tuned": 1.5, "default": 1.0},
     }.items()  # fmt: skip
     assert "cmaes" in provenance["sampler"] and str(tmp_path) not in path.read_text()
     baseline = baselines.make("pd", TINY, gains="tuned")

@@ -13,6 +13,8 @@ from helpers.scripts import module_of
 
 from ftac_gym import baselines
 from ftac_gym.report import write_report
+from ftac_gym.report.worst import replay_command
+from ftac_gym.scenarios import frozen
 
 HOSTILE = """<script>alert("1")</script><img src=http://evil.example/x onerror='x'> & $a_b$ </style>"""
 
@@ -119,6 +121,14 @@ def test_worst_episodes_come_first_and_can_be_flown_again(tmp_path):
     assert config.scenario == "flagship" and config.splits == () and config.detail == worst
     drawn = evaluate.draw(config, "flagship")
     assert drawn[config.detail].digest() == EPISODES["flagship"][worst].digest()
+
+
+def test_validation_episodes_are_flown_again_as_such():
+    names = ["pd", "pd_dob"]
+    commands = {
+        kind: replay_command("flagship", frozen.load("flagship", 3, kind), 2, names) for kind in ("validation", "test")
+    }
+    assert commands["validation"].replace(" --episodes-of validation", "") == commands["test"] != commands["validation"]
 
 
 def test_names_are_text(tmp_path):

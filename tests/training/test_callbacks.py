@@ -8,7 +8,6 @@ GOOD = {
     "evaluate_every": 1,
     "checkpoint_every": 1,
     "evaluation_episodes": 1,
-    "evaluation_seed": 900_000,
     "critic_warmup": 0,
 }
 
@@ -20,7 +19,6 @@ GOOD = {
         ({"checkpoint_every": -1}, "checkpoint_every must be a positive integer, got -1"),
         ({"evaluation_episodes": 0}, "evaluation_episodes must be a positive integer, got 0"),
         ({"severity_start": 2.0}, "severity_start must"),
-        ({"evaluation_seed": 10_000}, "evaluation_seed must not be of the frozen test episodes"),
     ],
 )
 def test_bad_schedules(changes, message):

@@ -8,6 +8,8 @@ from ftac_gym import scenarios
 from ftac_gym.agents.agent import Agent
 from ftac_gym.agents.interface import Interface
 from ftac_gym.evaluation import rollout
+from ftac_gym.evaluation.episodes import judging_episodes
+from ftac_gym.task.objective import RewardWeights
 from ftac_gym.training.environments import evaluator, training_environment
 
 SHORT = scenarios.get("flagship").replace(duration=3.0)
@@ -29,18 +31,29 @@ def test_a_scenario_with_other_spaces_is_refused():
         training_environment(ID, scenarios.get("cao_2022"), Interface(), 2, SHORT)
 
 
-def test_episodes_of_which_none_is_feasible_are_refused():
-    with pytest.raises(ValueError, match=r"evaluation-episodes must have a feasible one among them; .*, got 4"):
-        evaluator(scenarios.get("easy").replace(duration=1.0), 7, 4)
+@pytest.mark.parametrize(
+    ("task", "count", "message"),
+    [
+        (scenarios.get("easy").replace(duration=1.0), 4, r"scenario must have more feasible episodes: 0 of \d+ drawn"),
+        (scenarios.get("flagship"), 501, r"feasible must be within \[1, 500\], got 501"),
+    ],
+)
+def test_too_few_feasible_episodes_are_refused(task, count, message):
+    with pytest.raises(ValueError, match=f"^evaluation-episodes: {message}"):
+        evaluator(task, count, task.reward)
 
 
-def test_evaluations_are_means_over_the_feasible_ones_of_fixed_episodes(tmp_path):
+@pytest.mark.parametrize("changes", [{}, {"duration": 60.0}], ids=["frozen", "drawn"])
+def test_evaluations_are_means_over_the_feasible_episodes_of_the_validation(changes, tmp_path):
     write_agent(tmp_path)
     agent = Agent.load(tmp_path)
-    task = scenarios.get("flagship_double").replace(duration=60.0)
-    found = evaluator(task, 7, 12)(agent)
-    episodes = task.draw(7, 12)
-    assert 0 < episodes.feasible.sum() < 12
-    returns = rollout(task, agent, episodes).reward.sum(axis=0)
+    task = scenarios.get("flagship_double").replace(**changes)
+    reward = RewardWeights(on_target=2.0)
+    found = evaluator(task, 4, reward)(agent)
+    episodes = judging_episodes(task, 4, "validation")
+    assert 4 == episodes.feasible.sum() < len(episodes)
+    returns = rollout(task.replace(reward=reward), agent, episodes).reward.sum(axis=0)
     assert found["mean_return"] == pytest.approx(np.mean(returns[episodes.feasible]), rel=1e-12)
-    assert found["episodes"] == episodes.feasible.sum()
+    assert found["episodes"] == 4
+    test = judging_episodes(task, 4)
+    assert not (episodes.key[:1] == test.key).all(axis=1).any()

@@ -25,7 +25,7 @@ except ImportError:  # Windows
     resource = None
 
 OPERATIONS = {"open", "os.rename", "os.remove", "os.mkdir", "os.rmdir"}
-SCHEDULE = Schedule(evaluate_every=1, checkpoint_every=2, evaluation_episodes=1, evaluation_seed=1, critic_warmup=0)
+SCHEDULE = Schedule(evaluate_every=1, checkpoint_every=2, evaluation_episodes=1, critic_warmup=0)
 END = 4
 FIRST = {1: 3.0, 2: 5.0, 3: 9.0, 4: 7.0}
 """Mean returns by steps, of which the best lies between two checkpoints."""
