@@ -68,9 +68,12 @@ def fault_table(scenario: Scenario) -> str:
         shares = [f"{share:.0%} have {count}" for count, share in enumerate(drawn.fault_counts) if share > 0.0]
         text, head, faults = f"Number of faults: of the episodes, {', '.join(shares)}.", "share", drawn.kinds
         firsts = [f"{weight:.1%}" for weight in drawn.weights or ()]
+        faults = (*faults, *drawn.always)
+        firsts += ["always"] * len(drawn.always)
     rows = []
     for first, fault in zip(firsts, faults, strict=True):
-        fields = [f"`{name}` {text}" for name, text in field_values(fault, changed=True).items() if name != "wheel"]
+        drop = ("wheel",) if first != "always" else ()
+        fields = [f"`{name}` {text}" for name, text in field_values(fault, changed=True).items() if name not in drop]
         rows.append((first, class_link(fault), ", ".join(fields)))
     note = "Times in [s], torques in [N m]; a range is drawn from uniformly."
     return f"{text} {note}\n\n" + table((head, "kind", "magnitudes"), rows)

@@ -7,7 +7,6 @@ import numpy.typing as npt
 
 from ftac_gym.dynamics import Simulator, fault_signals
 from ftac_gym.dynamics.fault_signals import acts
-from ftac_gym.faults import FaultDistribution
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.compiling import entry_point
 
@@ -23,10 +22,7 @@ _ENTRY = np.dtype([("kind", "i8"), ("wheel", "i8"), ("chain", "i8"), *((name, "f
 
 def most_faults(scenario: Scenario) -> int:
     """Return the number of entries for the faults of an episode: as many as it can have, and at least one."""
-    source = scenario.faults
-    if source is None:
-        return 1
-    return max(1, source.slots if isinstance(source, FaultDistribution) else len(source.faults))
+    return 1 if scenario.faults is None else max(1, scenario.faults.most_faults)
 
 
 class TrueFaults:

@@ -9,8 +9,9 @@ import numpy.typing as npt
 from ftac_gym.evaluation.batches import Evaluation
 from ftac_gym.evaluation.metrics import SHARES, Metrics
 from ftac_gym.evaluation.statistics import Estimate, Statistic, estimate, interquartile_mean, mean, paired_difference
-from ftac_gym.faults import label_of
+from ftac_gym.faults import FaultDistribution, FaultKind, label_of
 from ftac_gym.task.episodes import Episodes
+from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import require
 
 
@@ -103,14 +104,24 @@ def tabulate(evaluations: list[Evaluation], reference: str, chosen: npt.NDArray[
     return rows
 
 
+ALWAYS_ONLY = "always-on only"
+"""Class of an episode whose only faults are those that its distribution has in every episode."""
+
+
 def fault_classes(episodes: Episodes) -> npt.NDArray[np.str_]:
     """Return the class of each episode (N,): a kind of fault, "healthy", or the number of faults, such as "2 faults".
 
-    Several faults of one wheel count as one, of the kind that stands last in :class:`~ftac_gym.faults.FaultKind`.
+    Several faults of one wheel count as one, of the kind that stands last in :class:`~ftac_gym.faults.FaultKind`. The
+    ``always`` of a :class:`~ftac_gym.faults.FaultDistribution` does not count. An episode with no other fault has the
+    class "always-on only".
     """
-    kinds = np.concatenate([episodes.faults["kind"].max(axis=2), episodes.sensor_faults["kind"]], axis=1)
-    counts = (kinds > 0).sum(axis=1)
-    last = kinds.max(axis=1)
+    source, drawn = Scenario.from_json(episodes.scenario_json).faults, episodes.drawn_faults
+    none = label_of(FaultKind.NONE)
+    if isinstance(source, FaultDistribution) and source.always:
+        drawn, none = source.random_part(drawn), ALWAYS_ONLY
+    kinds = np.concatenate([drawn.wheels["kind"].max(axis=2), drawn.sensors["kind"]], axis=1)
+    counts, last = (kinds > 0).sum(axis=1).tolist(), kinds.max(axis=1).tolist()
+    names = {FaultKind.NONE: none} | {kind: label_of(kind) for kind in set(last) - {FaultKind.NONE}}
     return np.array(
-        [label_of(int(kind)) if count <= 1 else f"{count} faults" for kind, count in zip(last, counts, strict=True)]
+        [names[kind] if count <= 1 else f"{count} faults" for kind, count in zip(last, counts, strict=True)]
     )

@@ -9,8 +9,9 @@ import numpy.typing as npt
 
 from ftac_gym.evaluation.batches import Evaluation
 from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, UNITS, share_of
-from ftac_gym.evaluation.rows import Row, fault_classes
+from ftac_gym.evaluation.rows import ALWAYS_ONLY, Row, fault_classes
 from ftac_gym.evaluation.statistics import Estimate
+from ftac_gym.faults import FaultKind
 from ftac_gym.task.episodes import Episodes
 
 INFEASIBLE = "infeasible"
@@ -80,8 +81,9 @@ def episode_classes(episodes: Episodes) -> npt.NDArray[np.str_]:
 
 
 def ordered(labels: npt.NDArray[np.str_]) -> list[str]:
-    """Return the distinct labels: healthy episodes first, infeasible ones last."""
-    return sorted(set(labels.tolist()), key=lambda kind: (kind == INFEASIBLE, kind != "healthy", kind))
+    """Return the distinct labels: episodes without a random fault first, infeasible ones last."""
+    first = (FaultKind.NONE.label, ALWAYS_ONLY)
+    return sorted(set(labels.tolist()), key=lambda kind: (kind == INFEASIBLE, kind not in first, kind))
 
 
 def _at_a_glance(item: Evaluation, chosen: npt.NDArray[np.bool_]) -> str:

@@ -1,15 +1,18 @@
 """Random faults: their number, their kinds and their wheels."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from ftac_gym.faults.fault import UNIFORMS_PER_FAULT, Fault, SensorFault, WheelFault, check_all
 from ftac_gym.faults.registry import check_registered
+from ftac_gym.faults.schedule import FaultSchedule
 from ftac_gym.faults.table import FLIPS, DrawnFaults, no_faults, no_sensor_faults, scale_magnitudes
 from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.utils.parameters import FloatArray, Vector, as_array, broken, finite, require
-from ftac_gym.utils.serialization import serializable
+from ftac_gym.utils.parameters import FloatArray, Vector, as_array, broken, fields_named, finite, require
+from ftac_gym.utils.serialization import LATER_PART, serializable
 
 _UNIFORMS_PER_SLOT = 2 + UNIFORMS_PER_FAULT
 """Of each slot: one to choose the kind, one to thin out by severity, the rest for the fault itself."""
@@ -30,9 +33,11 @@ def _probabilities(values: tuple[float, ...], field: str) -> Vector:
 @serializable
 @dataclass(frozen=True)
 class FaultDistribution:
-    """Random faults: their number in an episode, and their kinds.
+    """Random faults: their number in an episode, and their kinds; beside them faults that are always there.
 
-    Every fault of a wheel affects another wheel; faults of the sensors count with the others.
+    Every random fault of a wheel affects another wheel; faults of the sensors count with the others. A random fault may
+    affect a wheel that ``always`` names too. Both then act together, as several faults of a wheel in a
+    :class:`~ftac_gym.faults.FaultSchedule` do. The random faults are those of the same episodes without ``always``.
 
     Parameters
     ----------
@@ -47,17 +52,23 @@ class FaultDistribution:
         Severity of the faults, in [0, 1], for curricula: 1 as described by the kinds, 0 healthy. In between the
         magnitudes shrink in proportion, and kinds that are not gradual (lock in place, seizure, delay, star-tracker
         outage) occur with this probability. Episodes of a seed grow worse monotonically.
+    always
+        Faults in every episode, those of wheels with their ``wheel`` given, as in a
+        :class:`~ftac_gym.faults.FaultSchedule`. They are a condition of the spacecraft: neither ``fault_counts`` nor
+        ``severity`` is about them.
 
     Raises
     ------
     ValueError
-        If there are no kinds, the weights do not match them, a weight is negative, or the severity leaves [0, 1].
+        If there are no kinds, the weights do not match them, a weight is negative, or the severity leaves [0, 1]. Also
+        if a fault of a wheel in ``always`` names no wheel.
     """
 
     kinds: tuple[Fault, ...]
     weights: Vector | None = None
     fault_counts: Vector = (0.0, 1.0)
     severity: float = 1.0
+    always: tuple[Fault, ...] = field(default=(), metadata=LATER_PART)
 
     def __post_init__(self) -> None:
         """Check and normalise the fields."""
@@ -74,31 +85,59 @@ class FaultDistribution:
         object.__setattr__(self, "fault_counts", _probabilities(self.fault_counts, "fault_counts"))
         object.__setattr__(self, "severity", finite(self.severity, "severity"))
         require(0.0 <= self.severity <= 1.0, "severity", "must be within [0, 1]", self.severity)
+        with fields_named(faults="always"):
+            object.__setattr__(self, "always", FaultSchedule(self.always).faults)
 
     @property
     def slots(self) -> int:
-        """Largest number of faults of an episode."""
+        """Largest number of random faults of an episode."""
         return len(self.fault_counts) - 1
 
     @property
+    def most_faults(self) -> int:
+        """Largest number of faults of an episode."""
+        return self.slots + len(self.always)
+
+    @property
     def faults(self) -> tuple[Fault, ...]:
-        """The fault kinds."""
-        return self.kinds
+        """The fault kinds, and behind them the faults that are always there."""
+        return (*self.kinds, *self.always)
+
+    @property
+    def paths(self) -> Iterator[tuple[str, Fault]]:
+        """Names of the faults in messages, and the faults, in the order of :attr:`faults`."""
+        for name in ("kinds", "always"):
+            for index, fault in enumerate(getattr(self, name)):
+                yield f"{name}[{index}]", fault
+
+    @cached_property
+    def _schedule(self) -> FaultSchedule:
+        return FaultSchedule(self.always)
 
     def check(self, wheels: WheelArray) -> None:
         """Raise a ValueError if more wheels can fail than there are, or a kind does not fit them."""
         rule = f"must not exceed the {wheels.count} wheels of the spacecraft"
         require(self.slots <= wheels.count, "fault_counts", rule, self.slots)
         check_all(self.kinds, wheels, "kinds")
+        check_all(self.always, wheels, "always")
 
     def uniform_count(self, wheels: int) -> int:
         """Return the number of uniform deviates that one episode needs."""
+        return self._random_count(wheels) + (self._schedule.uniform_count(wheels) if self.always else 0)
+
+    def _random_count(self, wheels: int) -> int:
+        """Return the number of uniform deviates of the random faults; those of the others come behind."""
         return 1 + wheels + self.slots * _UNIFORMS_PER_SLOT
 
     @property
     def switching_count(self) -> int:
         """Number of uniform deviates that the random chains of one episode need."""
-        return self.slots * FLIPS if any(fault.random_chain for fault in self.kinds) else 0
+        return self._random_chains * FLIPS + self._schedule.switching_count
+
+    @property
+    def _random_chains(self) -> int:
+        """Number of random chains of the random faults; those of the others come behind."""
+        return self.slots if any(fault.random_chain for fault in self.kinds) else 0
 
     def draw(self, uniform: FloatArray, switching: FloatArray, torque_limits: FloatArray) -> DrawnFaults:
         """Draw the faults of N episodes.
@@ -112,6 +151,26 @@ class FaultDistribution:
         torque_limits
             (wheels,) [N m].
         """
+        chains, count = self._random_chains, self._random_count(len(torque_limits))
+        drawn = self._draw_random(uniform, switching[:, : chains * FLIPS], torque_limits)
+        if not self.always:
+            return drawn
+        others = self._schedule.draw(uniform[:, count:], switching[:, chains * FLIPS :], torque_limits)
+        for table in (others.wheels, others.sensors):
+            table["chain"] += np.where(table["chain"] >= 0, chains, 0)
+        return DrawnFaults(
+            np.concatenate([drawn.wheels, others.wheels], axis=2),
+            np.concatenate([drawn.sensors, others.sensors], axis=1),
+            np.concatenate([drawn.switches, others.switches], axis=1),
+        )
+
+    def random_part(self, drawn: DrawnFaults) -> DrawnFaults:
+        """Return drawn tables without the faults that are always there."""
+        sensors = drawn.sensors.shape[1] - sum(isinstance(fault, SensorFault) for fault in self.always)
+        layers = 1 if self.always else drawn.wheels.shape[2]
+        return drawn._replace(wheels=drawn.wheels[:, :, :layers], sensors=drawn.sensors[:, :sensors])
+
+    def _draw_random(self, uniform: FloatArray, switching: FloatArray, torque_limits: FloatArray) -> DrawnFaults:
         count, wheels = len(uniform), len(torque_limits)
         table = no_faults(count, wheels)
         sensed = any(isinstance(fault, SensorFault) for fault in self.kinds)

@@ -1,6 +1,7 @@
 """Scheduled faults: the same ones in every episode."""
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,6 +45,17 @@ class FaultSchedule:
     def _wheels(self) -> list[int]:
         """The wheel of each fault of a wheel, in order."""
         return [fault.wheel for fault in self.faults if isinstance(fault, WheelFault) and fault.wheel is not None]
+
+    @property
+    def most_faults(self) -> int:
+        """Largest number of faults of an episode."""
+        return len(self.faults)
+
+    @property
+    def paths(self) -> Iterator[tuple[str, Fault]]:
+        """Names of the faults in messages, and the faults."""
+        for index, fault in enumerate(self.faults):
+            yield f"faults[{index}]", fault
 
     def check(self, wheels: WheelArray) -> None:
         """Raise a ValueError if a fault does not fit the wheels or names one that the array does not have."""

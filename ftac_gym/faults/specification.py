@@ -17,6 +17,9 @@ FORM = "KIND:WHEEL@ONSET,FIELD=VALUE,..."
 NO_FAULTS = "none"
 """Text of a healthy spacecraft."""
 
+ADDED = "+"
+"""Start of a text whose faults come on top of those of a scenario."""
+
 EXAMPLES: Mapping[int, Mapping[str, Any]] = {
     FaultKind.LOSS_OF_EFFECTIVENESS: {"effectiveness": 0.1},
     FaultKind.DRIFTING_EFFECTIVENESS: {"effectiveness": 0.0, "rise": 30.0},

@@ -6,8 +6,8 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
-from ftac_gym.faults import Fault, FaultSchedule
-from ftac_gym.faults.specification import NO_FAULTS, parse_all
+from ftac_gym.faults import Fault, FaultDistribution, FaultSchedule
+from ftac_gym.faults.specification import ADDED, NO_FAULTS, parse_all
 from ftac_gym.utils.serialization import TYPE_KEY, classes, classes_of, from_plain, hints_of
 
 
@@ -50,6 +50,7 @@ def changed_faults(present: Any, change: Any, hint: Any) -> Any:
     change
         A fault, or a list of faults, each an object, its plain dict, or text: the schedule of these faults. Text is of
         the form of :func:`~ftac_gym.faults.specification.parse_all`, for example ``"outage:0@5"``; ``"none"`` is None.
+        Text that starts with ``+`` adds its faults to those present: to the ``always`` of a distribution.
     hint
         Type annotation of the field.
 
@@ -60,6 +61,8 @@ def changed_faults(present: Any, change: Any, hint: Any) -> Any:
     """
     if isinstance(change, str) and change == NO_FAULTS:
         return None
+    if isinstance(change, str) and change.startswith(ADDED):
+        return _with(present, parse_all(change.removeprefix(ADDED)))
     if isinstance(change, (str, Fault)) or _describes_fault(change):
         change = [change]
     if not isinstance(change, (list, tuple)):
@@ -71,6 +74,13 @@ def changed_faults(present: Any, change: Any, hint: Any) -> Any:
         else:
             found.append(from_plain(item, f"faults[{number}]", Fault))
     return FaultSchedule(tuple(found))
+
+
+def _with(present: FaultDistribution | FaultSchedule | None, added: tuple[Fault, ...]) -> Any:
+    """Return the faults with some that are in every episode."""
+    if isinstance(present, FaultDistribution):
+        return dataclasses.replace(present, always=(*present.always, *added))
+    return FaultSchedule((*(present.faults if present is not None else ()), *added))
 
 
 def _describes_fault(change: Any) -> bool:

@@ -105,12 +105,20 @@ class Episodes:
 
     @property
     def first_onset(self) -> npt.NDArray[np.float64]:
-        """(N,) onset of the first fault [s], infinite if there is none."""
-        onsets = [
-            np.where(table["kind"] > 0, table["onset"], np.inf).min(axis=tuple(range(1, table.ndim)), initial=np.inf)
-            for table in (self.faults, self.sensor_faults)
-        ]
-        return np.minimum(*onsets)
+        """(N,) onset of the first fault [s], infinite if there is none.
+
+        A fault that acts from the start is a condition of the episode rather than an event in it. It counts if no other
+        fault begins later.
+        """
+        onsets = np.concatenate(
+            [
+                np.where(table["kind"] > 0, table["onset"], np.inf).reshape(len(self), -1)
+                for table in (self.faults, self.sensor_faults)
+            ],
+            axis=1,
+        )
+        later: npt.NDArray[np.float64] = np.where(onsets > 0.0, onsets, np.inf).min(axis=1)
+        return np.where(np.isfinite(later), later, onsets.min(axis=1))
 
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
         """Return all arrays by name, in the order of the fields."""

@@ -152,6 +152,5 @@ def _check_body(scenario: Scenario) -> None:
 
 def _faults(scenario: Scenario) -> Iterator[tuple[str, Any]]:
     """Iterate over paths and faults."""
-    name = "kinds" if hasattr(scenario.faults, "kinds") else "faults"
-    for index, fault in enumerate(scenario.known_faults):
-        yield f"faults.{name}[{index}]", fault
+    for path, fault in () if scenario.faults is None else scenario.faults.paths:
+        yield f"faults.{path}", fault

@@ -194,7 +194,7 @@ class Scenario:
 
     @property
     def known_faults(self) -> tuple[Fault, ...]:
-        """Faults that can occur, listed or as kinds of a distribution."""
+        """Faults that can occur, listed or as kinds of a distribution; those with a wheel of their own come last."""
         return () if self.faults is None else tuple(self.faults.faults)
 
     @property
@@ -227,7 +227,8 @@ class Scenario:
         - a dict with ``"type"``, in the form of :meth:`to_dict`, is a new part;
         - several disturbances may be a list of objects and of such dicts;
         - faults may be one fault or a list of faults, or text as in ``faults="outage:0@5, bias:2@20"``, see
-          :func:`~ftac_gym.faults.specification.parse_all`.
+          :func:`~ftac_gym.faults.specification.parse_all`; text that starts with ``+``, as in ``faults="+outage:0"``,
+          adds faults to those that are there.
 
         Raises
         ------

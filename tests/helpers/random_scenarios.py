@@ -242,6 +242,7 @@ fault_sources = st.builds(
     st.lists(_kinds(st.none()), min_size=1, max_size=5).map(tuple),
     fault_counts=st.sampled_from([(0.0, 1.0), (0.2, 0.5, 0.3)]),
     severity=st.sampled_from([1.0, 1.0, 0.3, 0.0]),
+    always=st.just(()) | st.lists(_kinds(st.integers(0, 3)), min_size=1, max_size=3).map(tuple),
 )
 
 
