@@ -14,6 +14,8 @@ from ftac_gym.utils.parameters import FloatArray
 class FaultEstimate:
     """Estimate for N spacecraft with m wheels; None for parts that an observer does not estimate.
 
+    The estimates along a flight of T control periods have arrays with a further first axis, (T, N, ...).
+
     Attributes
     ----------
     disturbance
@@ -26,6 +28,8 @@ class FaultEstimate:
         (N, m) flags of the wheels whose recent sustained torque suffices to identify their effectiveness.
     vibration
         (N, 3) torque of the vibration modes on the body [N m], which the disturbance then excludes.
+    alarm
+        (N, m) flags of the wheels that the estimator declares faulty, by a decision of its own.
     """
 
     disturbance: FloatArray | None = None
@@ -33,3 +37,4 @@ class FaultEstimate:
     bias: FloatArray | None = None
     identifiable: npt.NDArray[np.bool_] | None = None
     vibration: FloatArray | None = None
+    alarm: npt.NDArray[np.bool_] | None = None

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.attitude import mrp_from_quaternion, quaternion_error, rotation_vector_from_quaternion
+from ftac_gym.baselines import FaultEstimate
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.scenario import Scenario, success_steps
 from ftac_gym.task.vibration import modal_energy, vibration_torque
@@ -76,6 +77,9 @@ class Rollout:
         (T, N) rewards.
     modal_displacement, modal_rate
         (T + 1, N, k) vibration modes [kg^1/2 m, kg^1/2 m/s]; k = 0 for rigid spacecraft.
+    estimates
+        (T, N, ...) fault estimates of the policy at the start of each control period, when it commands; None if they
+        were not recorded.
     """
 
     scenario: Scenario
@@ -92,6 +96,7 @@ class Rollout:
     reward: FloatArray
     modal_displacement: FloatArray
     modal_rate: FloatArray
+    estimates: FaultEstimate | None = None
 
     @property
     def modal_energy(self) -> FloatArray:

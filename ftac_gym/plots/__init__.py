@@ -9,13 +9,14 @@ from __future__ import annotations
 from ftac_gym.utils.extras import naming_extra
 
 with naming_extra():
+    from ftac_gym.evaluation.truth import true_effect
     from ftac_gym.plots.bands import error_bands, error_percentiles
     from ftac_gym.plots.bounds import prescribed_bound
     from ftac_gym.plots.envelope import wheel_envelope
     from ftac_gym.plots.estimates import fault_estimates, torque_estimates
     from ftac_gym.plots.overview import episode
     from ftac_gym.plots.polytope import TorquePolytope, polytopes_along, torque_polytope
-    from ftac_gym.plots.recording import EstimateHistory, estimates_along, true_effect
+    from ftac_gym.plots.recording import EstimateHistory, estimates_along
     from ftac_gym.plots.sphere import boresight_paths
     from ftac_gym.plots.style import COLORS, FLOOR, Stroke, fault_description, stroke
 

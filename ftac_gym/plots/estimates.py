@@ -11,8 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from ftac_gym.evaluation.metrics import Rollout
+from ftac_gym.evaluation.truth import true_effect, unexplained_torque
 from ftac_gym.plots import style
-from ftac_gym.plots.recording import EstimateHistory, true_effect, unexplained_torque
+from ftac_gym.plots.recording import EstimateHistory
 from ftac_gym.utils.parameters import FloatArray, require
 
 _LABELS = {"effectiveness": "effectiveness [-]", "bias": "bias [N m]"}

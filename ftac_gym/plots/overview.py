@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ftac_gym.evaluation.metrics import Rollout
+from ftac_gym.evaluation.truth import true_effect
 from ftac_gym.plots import style
-from ftac_gym.plots.recording import true_effect
 from ftac_gym.utils.parameters import FloatArray
 
 ERRORS = ("pointing error\n[deg]", "rate error\n[deg/s]", "vibration energy\n[J]")

@@ -11,8 +11,8 @@ from scipy.optimize import lsq_linear
 
 from ftac_gym.attitude import cross
 from ftac_gym.evaluation.metrics import Rollout
+from ftac_gym.evaluation.truth import true_effect
 from ftac_gym.faults.description import acting_faults
-from ftac_gym.plots.recording import true_effect
 from ftac_gym.spacecraft.envelope import Envelope, Load, envelope_normals
 from ftac_gym.spacecraft.wheel_array import WheelArray
 from ftac_gym.utils.directions import across

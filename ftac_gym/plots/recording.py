@@ -1,4 +1,4 @@
-"""The effect of the faults of a rollout, and the estimates of observers along it."""
+"""Estimates of observers along a rollout."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.registry import known_names
 from ftac_gym.dynamics import Simulator
 from ftac_gym.evaluation.metrics import Rollout
-from ftac_gym.faults import FaultEffect, fault_effect
+from ftac_gym.evaluation.truth import command_in_effect
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, require
 
@@ -56,7 +56,7 @@ class EstimateHistory:
 
         Zero for observers without such an estimate.
         """
-        command = np.concatenate([np.zeros_like(self.history.command[:1]), self.history.command])
+        command = command_in_effect(self.history)
         wheels = np.zeros_like(command)
         if self.effectiveness is not None:
             wheels += (self.effectiveness - 1.0) * command
@@ -128,25 +128,3 @@ def replay(history: Rollout) -> Iterator[Simulator]:
     for command in history.command:
         simulator.step(command)
         yield simulator
-
-
-def true_effect(history: Rollout, spacecraft: int = 0) -> FaultEffect:
-    """Return the effect of the faults of one spacecraft of a rollout at each of its T + 1 times."""
-    wheels = history.scenario.spacecraft.wheels
-    # A locked wheel repeats the torque that it applied last.
-    torques = np.vstack([np.zeros((1, wheels.count)), history.applied_torque[:, spacecraft]])
-    drawn = history.episodes.drawn_faults.take(np.full(len(history.time), spacecraft))
-    return fault_effect(drawn, history.time, wheels, history.wheel_momentum[:, spacecraft], torques)
-
-
-def unexplained_torque(history: Rollout, spacecraft: int = 0) -> FloatArray:
-    """Return the torque on the body of one spacecraft, along the nominal wheel axes, that commands do not explain.
-
-    Returns
-    -------
-    Array (T + 1, 3) [N m], body axes: at each time that of the control period before it, without the external
-    disturbance and the vibration.
-    """
-    axes = history.scenario.spacecraft.wheels.axis_matrix
-    missing = (history.applied_torque - history.command)[:, spacecraft] @ axes.T
-    return np.vstack([np.zeros((1, 3)), missing])

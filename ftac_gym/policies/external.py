@@ -12,6 +12,7 @@ from gymnasium.vector import VectorEnv
 
 from ftac_gym.agents.interface import Interface, wrapper_pairs
 from ftac_gym.agents.normalizer import Normalizer
+from ftac_gym.baselines import FaultEstimate
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.utils.parameters import broken, flag, require
 from ftac_gym.wrappers.action_hold import held_decision
@@ -83,6 +84,19 @@ class ExternalPolicy:
     def information(self) -> str:
         """Information tier of its inputs, with those of wrappers and bases."""
         return self.interface.information
+
+    @property
+    def estimator(self) -> ExternalPolicy:
+        """The source of its fault estimates: itself."""
+        return self
+
+    @property
+    def estimate(self) -> FaultEstimate | None:
+        """The latest ``estimate`` of the source, a :class:`~ftac_gym.baselines.FaultEstimate`; None without one."""
+        found = getattr(self.source, "estimate", None)
+        rule = "must be a FaultEstimate or None, not a method"
+        require(found is None or isinstance(found, FaultEstimate), "estimate of the policy", rule, found)
+        return found
 
     def attach(self, env: SpacecraftFTCVectorEnv) -> VectorEnv[Any, Any, Any]:
         """Wrap a vector environment for this policy.

@@ -26,7 +26,11 @@ def named_gains(text: str) -> tuple[str, str | None]:
 
 
 class Policy(Protocol):
-    """Anything that acts on N spacecraft, once it is attached to their environment."""
+    """Anything that acts on N spacecraft, once it is attached to their environment.
+
+    One that estimates faults has an attribute ``estimator`` besides: an object with ``estimate``, the latest
+    :class:`~ftac_gym.baselines.FaultEstimate` or None, and ``information``, the tier of the inputs of the estimate.
+    """
 
     @property
     def tier(self) -> str:
@@ -69,6 +73,11 @@ class DeferredBaseline:
         known = name in baselines.names()
         self.fingerprint = json.dumps([name, self._gains], sort_keys=True) if known else None
         """Equal for equal policies: stored results are found by it. None for custom classes."""
+
+    @property
+    def estimator(self) -> baselines.Baseline:
+        """The source of its fault estimates: the baseline, once it is attached."""
+        return self.baseline
 
     def attach(self, env: SpacecraftFTCVectorEnv) -> VectorEnv[Any, Any, Any]:
         """Build the baseline for the spacecraft of an environment, which is returned unchanged."""

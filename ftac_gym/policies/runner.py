@@ -1,10 +1,13 @@
 """Control of N spacecraft by a policy, one control period at a time."""
 
+from collections.abc import Callable
 from copy import copy
 from typing import Any
 
 import numpy as np
+from gymnasium.vector import VectorWrapper
 
+from ftac_gym.baselines import FaultEstimate
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.policies.policy import DeferredBaseline, Policy
 from ftac_gym.task.episodes import Episodes
@@ -19,6 +22,14 @@ class _Flight(SpacecraftFTCVectorEnv):
     """
 
     full_torque = False
+    acted: Callable[[], None] | None = None
+    """Function to call once the command of a period is known, before the period; None for none."""
+
+    def step(self, actions: Any) -> Any:
+        """Step all spacecraft; see the base class."""
+        if self.acted is not None:
+            self.acted()
+        return super().step(actions)
 
 
 class PolicyRunner:
@@ -62,8 +73,33 @@ class PolicyRunner:
         self._observation, _ = self._wrapped.reset(options={"episodes": episodes})
         self._state, self._start = None, np.ones(len(episodes), dtype=np.bool_)
 
-    def step(self) -> FloatArray:
-        """Act for one control period and return the rewards (N,)."""
+    @property
+    def estimator(self) -> Any:
+        """The first source of fault estimates among policy, base and wrappers, the outermost first; None without one.
+
+        It has ``estimate`` and ``information``; see :class:`~ftac_gym.policies.policy.Policy`.
+        """
+        found, layer = [getattr(self.policy, "estimator", None)], self._wrapped
+        while isinstance(layer, VectorWrapper):
+            found.append(getattr(getattr(layer, "transform", None), "estimator", None))
+            layer = layer.env
+        return next((item for item in found if item is not None and item.estimate is not None), None)
+
+    @property
+    def estimate(self) -> FaultEstimate | None:
+        """The latest estimate of the faults; None for a policy that does not estimate them."""
+        return None if self.estimator is None else self.estimator.estimate
+
+    def step(self, acted: Callable[[], None] | None = None) -> FloatArray:
+        """Act for one control period and return the rewards (N,).
+
+        Parameters
+        ----------
+        acted
+            Called between command and period: the policy and all estimates have processed the measurement at the start
+            of the period.
+        """
+        self.env.acted = acted
         action, self._state = self.policy.predict(self._observation, self._state, self._start, True)
         self._start = np.zeros_like(self._start)
         self._observation, rewards, *_ = self._wrapped.step(action)

@@ -12,7 +12,7 @@ from gymnasium.vector import VectorEnv, VectorWrapper
 from ftac_gym.attitude import angle_between, mrp_from_quaternion
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.evaluation.rollout import rollout
-from ftac_gym.plots.recording import true_effect
+from ftac_gym.evaluation.truth import true_effect
 from ftac_gym.policies.policy import DeferredBaseline
 from ftac_gym.policies.runner import PolicyRunner
 from ftac_gym.reproduction.recordings import Plan, Recording

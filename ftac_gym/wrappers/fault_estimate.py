@@ -97,6 +97,11 @@ class FaultEstimates(Transform):
         self.extend(low, high)
         self._entries = np.zeros((self.num_spacecraft, len(high)))
 
+    @property
+    def estimator(self) -> FaultSource | TorqueSource:
+        """The source of the estimates, with none of its own for the truth."""
+        return self._source
+
     def observe(self, observation: Observation, mask: BoolArray) -> Observation:
         """Add the estimate at the present measurement, which is new for the spacecraft in the mask (N,)."""
         measurement = self.measure(mask, self._memory.reset, self._true)

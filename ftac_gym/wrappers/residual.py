@@ -137,6 +137,11 @@ class BaseTransform(Transform):
         self._limits = scenario.spacecraft.wheels.torque_limits
         warn_of_long_period(self.baseline)
 
+    @property
+    def estimator(self) -> baselines.Baseline:
+        """The source of fault estimates: the baseline."""
+        return self.baseline
+
 
 class Residual(BaseTransform):
     """Let the agent correct a baseline.

@@ -51,6 +51,11 @@ class Transform:
     information = "attitude"
     """Information tier of its inputs."""
 
+    @property
+    def estimator(self) -> Any:
+        """An object with the fault estimates of the transform, as ``estimate``, and their ``information``; or None."""
+        return None
+
     def __init__(self, env: Any) -> None:
         self.inner = env.unwrapped
         """Environment with the measurements."""

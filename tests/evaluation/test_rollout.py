@@ -16,7 +16,8 @@ from ftac_gym.task.initial_state import InitialState
 
 SHORT = scenarios.get("flagship").replace(duration=6.0)
 TRACKING = scenarios.get("flagship_tracking").replace(duration=6.0)
-HISTORIES = [item.name for item in dataclasses.fields(Rollout) if item.name not in ("scenario", "episodes", "time")]
+NO_HISTORY = ("scenario", "episodes", "time", "estimates")
+HISTORIES = [item.name for item in dataclasses.fields(Rollout) if item.name not in NO_HISTORY]
 
 
 class Constant:

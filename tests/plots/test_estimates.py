@@ -7,9 +7,9 @@ from ftac_gym import baselines, scenarios
 from ftac_gym.baselines import observers
 from ftac_gym.dynamics import Simulator
 from ftac_gym.evaluation import rollout
+from ftac_gym.evaluation.truth import unexplained_torque
 from ftac_gym.faults import Bias, FaultSchedule, LossOfEffectiveness
 from ftac_gym.plots import estimates_along, fault_estimates, torque_estimates, true_effect
-from ftac_gym.plots.recording import unexplained_torque
 
 FAULTS = FaultSchedule((LossOfEffectiveness(wheel=1, onset=2.0), Bias(wheel=2, onset=4.0, constant=0.05)))
 TASK = scenarios.get("flagship").replace(duration=20.0, faults=FAULTS)
