@@ -109,6 +109,10 @@ def page(environment_id: str, name: str) -> str:
         if part != "reward":
             text = fault_table(scenario) if part == "faults" else field_table(value, "wheels", "appendages")
             blocks += [f"## {part.replace('_', ' ').capitalize()}", f"{class_link(value)}:", text]
+    if isinstance(scenario.disturbance, tuple):
+        blocks += ["## Disturbance", "The sum of several."]
+        for torque in scenario.disturbance:
+            blocks += [f"{class_link(torque)}:", field_table(torque)]
     if scenario.faults is None:
         blocks += ["## Faults", fault_table(scenario)]
     if scenario.spacecraft.appendages is not None:

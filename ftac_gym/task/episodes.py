@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import struct
 import zlib
 from dataclasses import dataclass, fields
@@ -110,15 +111,12 @@ class Episodes:
         A fault that acts from the start is a condition of the episode rather than an event in it. It counts if no other
         fault begins later.
         """
-        onsets = np.concatenate(
-            [
-                np.where(table["kind"] > 0, table["onset"], np.inf).reshape(len(self), -1)
-                for table in (self.faults, self.sensor_faults)
-            ],
-            axis=1,
-        )
-        later: npt.NDArray[np.float64] = np.where(onsets > 0.0, onsets, np.inf).min(axis=1)
-        return np.where(np.isfinite(later), later, onsets.min(axis=1))
+        tables = (self.faults, self.sensor_faults)
+        flat = [table.reshape(len(self), math.prod(table.shape[1:])) for table in tables]
+        onsets = np.concatenate([np.where(table["kind"] > 0, table["onset"], np.inf) for table in flat], axis=1)
+        later = np.where(onsets > 0.0, onsets, np.inf).min(axis=1, initial=np.inf)
+        first: npt.NDArray[np.float64] = np.where(np.isfinite(later), later, onsets.min(axis=1, initial=np.inf))
+        return first
 
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
         """Return all arrays by name, in the order of the fields."""

@@ -12,7 +12,7 @@ import page_parts as parts
 import pytest
 
 import ftac_gym
-from ftac_gym import faults, scenarios
+from ftac_gym import LowOrbitTorque, faults, scenarios
 from ftac_gym.envs import SpacecraftFTCEnv
 from ftac_gym.envs.observation import observation_layout
 
@@ -52,6 +52,17 @@ def test_shares_of_the_kinds_add_up() -> None:
     shares = [float(line.split("|")[1].strip(" %")) for line in text.splitlines() if "%" in line and line[0] == "|"]
     assert sum(shares) == pytest.approx(100.0, abs=0.5)
     assert "10% have 0" in text
+
+
+def test_faults_that_are_always_there_and_several_disturbances_are_on_the_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    flagship = scenarios.get("flagship")
+    task = flagship.replace(faults="+outage:2@5", disturbance=(flagship.disturbance, LowOrbitTorque()))
+    monkeypatch.setattr(pages.scenarios, "get", lambda name: task)
+    page = pages.page("SpacecraftFTC-v0", "flagship")
+    row = next(line for line in page.splitlines() if line.startswith("| always |"))
+    assert "Outage" in row and "`wheel` 2" in row and "`onset` 5" in row
+    part = page.split("## Disturbance\n")[1].split("\n## ")[0]
+    assert "disturbances.Disturbance" in part and "LowOrbitTorque" in part and "`residual_dipole`" in part
 
 
 def test_values_as_text() -> None:
