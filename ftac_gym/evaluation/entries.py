@@ -23,7 +23,7 @@ ALL = "all"
 
 @dataclass(frozen=True)
 class Entry:
-    """A policy with a name in a table, or a bound.
+    """A policy with a name in a table, a competitor or an oracle.
 
     Attributes
     ----------
@@ -55,8 +55,8 @@ class Entry:
 
     @property
     def role(self) -> str:
-        """``"policy"``, or ``"bound"`` if the truth about the faults is among its inputs."""
-        return "bound" if self.tier == "oracle" else "policy"
+        """``"policy"``, or ``"oracle"`` if the truth about the faults is among its inputs: a reference, no competitor."""
+        return "oracle" if self.tier == "oracle" else "policy"
 
 
 def entries_of(names: Sequence[Any] | Mapping[str, Any], scenario: Scenario) -> tuple[Entry, ...]:

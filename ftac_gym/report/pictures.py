@@ -22,7 +22,7 @@ from ftac_gym.utils.parameters import FloatArray
 TRAINING = {"success": "success on the evaluation's episodes", "mean_return": "mean return"}
 """Columns of training curves that are drawn, and their titles."""
 
-_KINDS = {"agent": ("-", 2.2, COLORS[0]), "baseline": ("--", 1.4, MUTED), "bound": (":", 1.8, COLORS[2])}
+_KINDS = {"agent": ("-", 2.2, COLORS[0]), "baseline": ("--", 1.4, MUTED), "oracle": (":", 1.8, COLORS[2])}
 """Line style, line width, and the colour where names stand beside."""
 
 
@@ -103,11 +103,11 @@ def _training(agents: Sequence[Entry], reference: str) -> Figure:
 
 
 def _kind(entry: Entry) -> str:
-    return "bound" if entry.role == "bound" else entry.kind
+    return "oracle" if entry.role == "oracle" else entry.kind
 
 
 def looks(entries: Sequence[Entry], reference: str) -> charts.Looks:
-    """Return the looks of entries: agents solid, baselines dashed, bounds dotted, the reference in the text's colour.
+    """Return the looks of entries: agents solid, baselines dashed, oracles dotted, the reference in the text's colour.
 
     The first six, agents before baselines, have different colours.
     """

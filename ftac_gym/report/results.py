@@ -69,7 +69,7 @@ class Results:
     shown
         Entries with a look of their own in crowded figures.
     compared
-        Those of them that are no bounds: their probabilities of improvement are estimated.
+        Those of them that are no oracles: their probabilities of improvement are estimated.
     rows
         By split, then by entry: estimates, and paired differences to the reference.
     faults
@@ -112,8 +112,8 @@ class Results:
 
 
 def group(entry: Entry) -> str:
-    """Return the table in which an entry stands: "bounds", or its tier."""
-    return "bounds" if entry.role == "bound" else entry.tier
+    """Return the table in which an entry stands: "oracles", or its tier."""
+    return "oracles" if entry.role == "oracle" else entry.tier
 
 
 def values(benchmark: Benchmark, split: str, entry: str, metric: str) -> FloatArray:
@@ -142,10 +142,10 @@ def gather(benchmark: Benchmark) -> Results:
     main = (feasible or splits)[0]
     rows = {split: {name: _row(benchmark, split, name) for name in names} for split in splits}
     ranked = sorted(benchmark.entries, key=lambda entry: _rank(rows[main][entry.name]))
-    bounds = [entry.name for entry in ranked if entry.role == "bound"]
-    policies = [entry.name for entry in ranked if entry.role != "bound"]
-    agents = [entry.name for entry in ranked if entry.role != "bound" and entry.kind == "agent"]
-    chosen = {*policies[:BEST], *agents[:BEST_AGENTS], *bounds[:1], reference}
+    oracles = [entry.name for entry in ranked if entry.role == "oracle"]
+    policies = [entry.name for entry in ranked if entry.role != "oracle"]
+    agents = [entry.name for entry in ranked if entry.role != "oracle" and entry.kind == "agent"]
+    chosen = {*policies[:BEST], *agents[:BEST_AGENTS], *oracles[:1], reference}
     compared = tuple(name for name in policies if name in chosen)
     return Results(
         benchmark=benchmark,

@@ -63,7 +63,7 @@ def worst_episodes(results: Results) -> dict[str, list[Worst]]:
     """
     agents: dict[str, Entry] = {}
     for entry in results.entries():
-        if entry.kind == "agent" and entry.role != "bound":
+        if entry.kind == "agent" and entry.role != "oracle":
             agents.setdefault(entry.tier, entry)
     judged = list(agents.values()) or [_reference(results)]
     return {split: [item for entry in judged for item in _worst(results, split, entry)] for split in results.profiles}

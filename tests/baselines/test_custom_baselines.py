@@ -110,7 +110,7 @@ def test_the_benchmark_flies_own_laws_as_they_are_on_their_own():
     entries = entries_of(["pd", PATH, CustomTelemetry, CustomOracle], TASK)
     assert [entry.name for entry in entries] == ["pd", PATH, "CustomTelemetry", "CustomOracle"]
     assert [entry.tier for entry in entries] == ["attitude", "attitude", "telemetry", "oracle"]
-    assert [entry.role for entry in entries] == ["policy", "policy", "policy", "bound"]
+    assert [entry.role for entry in entries] == ["policy", "policy", "policy", "oracle"]
     flown = fly(entries[:2], {"flagship": TASK.draw(0, 3)}, "pd", workers=1, measure=False)
     alone = evaluate(TASK, CustomBaseline, TASK.draw(0, 3))
     found = flown.evaluations["flagship"][PATH][0]

@@ -18,7 +18,7 @@ def test_every_baseline_that_fits():
     for name, entry in found.items():
         law = name.removesuffix(" tuned")
         assert entry.tier == baselines.make(law, FLAGSHIP).information
-        assert entry.role == ("bound" if entry.tier == "oracle" else "policy")
+        assert entry.role == ("oracle" if entry.tier == "oracle" else "policy")
         assert (entry.kind, entry.gains) == ("baseline", "default" if name == law else "tuned")
         assert bool(entry.provenance) == (entry.gains == "tuned") and not entry.curves
     assert found["pd tuned"].provenance["trials"] > 0
@@ -61,7 +61,7 @@ def test_an_agent_over_its_seeds(agent, entries):
 def test_an_agent_with_the_truth_is_a_bound(tmp_path):
     interface = Interface(wrappers=(("FaultEstimateObservation", {"source": "truth"}),))
     (entry,) = entries_of([str(write_agent(tmp_path / "told", interface))], FLAGSHIP)
-    assert (entry.role, entry.tier) == ("bound", "oracle")
+    assert (entry.role, entry.tier) == ("oracle", "oracle")
 
 
 @pytest.mark.parametrize(

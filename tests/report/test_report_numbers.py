@@ -18,7 +18,7 @@ def test_tables_hold_the_statistics_of_the_evaluations(flown, page):
     for heading, names in {
         "Attitude tier on flagship": {"pd_dob tuned", "pd", "swift"},
         "Telemetry tier on flagship": {"other"},
-        "Bounds on flagship": {"nftsm_oracle"},
+        "Oracles on flagship": {"nftsm_oracle"},
         "Attitude tier on flagship_double": {"pd_dob tuned", "pd", "swift"},
     }.items():
         table, split = page.table(heading), heading.rpartition(" ")[2]
@@ -111,7 +111,7 @@ def test_kinds_of_faults_are_apart_from_infeasible_episodes(flown, folder, page)
 )
 def test_improvement_is_the_share_of_pairs_that_are_won(flown, folder, page, metric, title):
     lines = {(row["first"], row["second"]): row for row in read(folder / "improvement.csv") if row["metric"] == metric}
-    names = {"pd_dob tuned", "pd", "swift", "other"}  # a bound does not compete
+    names = {"pd_dob tuned", "pd", "swift", "other"}  # an oracle does not compete
     assert set(lines) == {(first, second) for first in names for second in names if first != second}
     for (first, second), line in lines.items():
         one, other = feasible(flown, "flagship", first, metric), feasible(flown, "flagship", second, metric)
