@@ -98,3 +98,12 @@ def rotation_change(scalar: float, e: Any, a: Any) -> Any:
     c = cross3(e, a)
     d = cross3(e, c)
     return 2.0 * (d[0] - scalar * c[0]), 2.0 * (d[1] - scalar * c[1]), 2.0 * (d[2] - scalar * c[2])
+
+
+@inlined
+def rotation(turn: Any) -> Any:
+    """Return the quaternion of a rotation vector [rad]."""
+    angle = norm3(turn)
+    # sin(angle / 2) / angle, by its series where the quotient would lose digits.
+    factor = math.sin(0.5 * angle) / angle if angle > 1e-4 else 0.5 - angle * angle / 48.0
+    return math.cos(0.5 * angle), factor * turn[0], factor * turn[1], factor * turn[2]

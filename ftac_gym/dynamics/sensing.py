@@ -3,13 +3,14 @@
 import math
 from typing import Any
 
-from ftac_gym.dynamics import algebra, fault_signals
+from ftac_gym.dynamics import algebra, fault_signals, instruments
 from ftac_gym.dynamics.algebra import (
     add3,
     add4,
     cross3,
     norm3,
     quaternion_product,
+    rotation,
     row3,
     row4,
     scale3,
@@ -17,13 +18,13 @@ from ftac_gym.dynamics.algebra import (
     store_unit,
 )
 from ftac_gym.dynamics.fault_signals import acts, part_at
+from ftac_gym.dynamics.instruments import gyro_rate, report, track
 from ftac_gym.task import references
 from ftac_gym.task.references import ReferenceKind
 from ftac_gym.utils import randomness
 from ftac_gym.utils.compiling import entry_point, inlined, merged
-from ftac_gym.utils.randomness import Stream, normal_pair, philox
+from ftac_gym.utils.randomness import normals
 
-_NOISE = int(Stream.NOISE)
 _SET_POINTS = int(ReferenceKind.SET_POINTS)
 _MRP_SINUSOID = int(ReferenceKind.MRP_SINUSOID)
 
@@ -35,22 +36,6 @@ def sinusoid(record: Any, axis: int, time: float) -> Any:
     sine, cosine = record.amplitude[axis] * math.sin(angle), record.amplitude[axis] * math.cos(angle)
     frequency = record.frequency[axis]
     return record.constant[axis] + sine, frequency * cosine, -frequency * frequency * sine
-
-
-@inlined
-def rotation(turn: Any) -> Any:
-    """Return the quaternion of a rotation vector [rad]."""
-    angle = norm3(turn)
-    # sin(angle / 2) / angle, by its series where the quotient would lose digits.
-    factor = math.sin(0.5 * angle) / angle if angle > 1e-4 else 0.5 - angle * angle / 48.0
-    return math.cos(0.5 * angle), factor * turn[0], factor * turn[1], factor * turn[2]
-
-
-@merged
-def normals(tick: int, episode: int, block: int, keys: Any, i: int) -> Any:
-    """Return four standard normal deviates of the noise of a spacecraft."""
-    a, b, c, d = philox(tick, episode, _NOISE, block, keys[i, 0], keys[i, 1])
-    return normal_pair(a, b) + normal_pair(c, d)
 
 
 @inlined
@@ -115,7 +100,7 @@ def follow_rate(
         rate[i, axis], acceleration[i, axis] = sinusoid(record, axis, tick * period)[:2]
 
 
-@entry_point(algebra, fault_signals, randomness, references)
+@entry_point(algebra, fault_signals, instruments, randomness, references)
 def sense(
     rows: Any,
     attitude: Any,
@@ -137,6 +122,12 @@ def sense(
     measured_attitude: Any,
     measured_rate: Any,
     star_tracker_valid: Any,
+    fix_ticks: Any,
+    suite: Any,
+    suite_sensors: Any,
+    wheel_momentum: Any,
+    modal_displacement: Any,
+    modal_rate: Any,
     largest_rate: float,
 ) -> int:
     """Update the reference and the measurement of the listed rows after a reset or a control period, in place.
@@ -144,7 +135,11 @@ def sense(
     Reference and measurement arrays are (N, 4) or (N, 3), the rate and acceleration of the reference in the reference
     frame's axes. The noise is a function of (key, episode, tick) alone. The gyro bias walks by one step for every tick
     after the first. While the star tracker is out, the measured attitude is the last one, turned by the mean of the
-    last two measured rates.
+    last two measured rates. ``fix_ticks`` (N,) holds the tick at which the star tracker has taken the sample in use.
+
+    Of the arguments of the two kinds of sensors, one must be None, for which the compiler leaves its code out:
+    ``sensors``, SENSOR records (N,), or both ``suite``, the :class:`~ftac_gym.dynamics.instruments.Instruments`, and
+    ``suite_sensors``, SUITE records (N,). With a suite, wheel momentum and modes are measured too.
 
     Returns
     -------
@@ -172,23 +167,30 @@ def sense(
         else:
             follow_rate(i, record, tick, step, substeps, reference_attitude, reference_rate, reference_acceleration)
 
-        sensor = sensors[i]
-        walk = sensor.gyro_bias_walk * math.sqrt(period)
-        if walk > 0.0 and tick > 0:
-            walk_x, walk_y, walk_z, _ = normals(tick, episodes[i], 2, keys, i)
-            gyro_bias[i, 0] += walk * walk_x
-            gyro_bias[i, 1] += walk * walk_y
-            gyro_bias[i, 2] += walk * walk_z
+        w = row3(rate, i)
+        seen = (0.0, 0.0, 0.0)
         noise_0, noise_1, noise_2, noise_3, noise_4, noise_5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        if sensor.attitude_noise > 0.0 or sensor.rate_noise > 0.0:
-            noise_0, noise_1, noise_2, noise_3 = normals(tick, episodes[i], 0, keys, i)
-            noise_4, noise_5, _, _ = normals(tick, episodes[i], 1, keys, i)
-        w, tilt = row3(rate, i), sensor.gyro_misalignment
-        seen = (
-            w[0] + tilt[1] * w[2] - tilt[2] * w[1] + gyro_bias[i, 0] + sensor.rate_noise * noise_3,
-            w[1] + tilt[2] * w[0] - tilt[0] * w[2] + gyro_bias[i, 1] + sensor.rate_noise * noise_4,
-            w[2] + tilt[0] * w[1] - tilt[1] * w[0] + gyro_bias[i, 2] + sensor.rate_noise * noise_5,
-        )
+        if suite is not None:
+            seen = gyro_rate(
+                i, w, tick, period, suite_sensors[i], keys, episodes[i], gyro_bias, suite.varying_bias
+            )  # fmt: skip
+        if sensors is not None:
+            sensor = sensors[i]
+            walk = sensor.gyro_bias_walk * math.sqrt(period)
+            if walk > 0.0 and tick > 0:
+                walk_x, walk_y, walk_z, _ = normals(tick, episodes[i], 2, keys, i)
+                gyro_bias[i, 0] += walk * walk_x
+                gyro_bias[i, 1] += walk * walk_y
+                gyro_bias[i, 2] += walk * walk_z
+            if sensor.attitude_noise > 0.0 or sensor.rate_noise > 0.0:
+                noise_0, noise_1, noise_2, noise_3 = normals(tick, episodes[i], 0, keys, i)
+                noise_4, noise_5, _, _ = normals(tick, episodes[i], 1, keys, i)
+            tilt = sensor.gyro_misalignment
+            seen = (
+                w[0] + tilt[1] * w[2] - tilt[2] * w[1] + gyro_bias[i, 0] + sensor.rate_noise * noise_3,
+                w[1] + tilt[2] * w[0] - tilt[0] * w[2] + gyro_bias[i, 1] + sensor.rate_noise * noise_4,
+                w[2] + tilt[0] * w[1] - tilt[1] * w[0] + gyro_bias[i, 2] + sensor.rate_noise * noise_5,
+            )
         turn = (0.0, 0.0, 0.0)
         blind = False
         for k in range(sensor_faults.shape[1]):
@@ -199,18 +201,27 @@ def sense(
                 turn = add3(turn, part, fault.attitude_turn)
                 blind = blind or fault.outage > 0.5
         star_tracker_valid[i] = not blind
-        if blind and tick > 0:
-            # The rate measured now carries the attitude measured a period ago forward.
-            mean = scale3(0.5, add3(seen, 1.0, row3(measured_rate, i)))
-            carried = quaternion_product(row4(measured_attitude, i), rotation(scale3(period, mean)))
-            # Stored in both branches: the compiler rounds a common normalisation in another way.
-            store_unit(measured_attitude, i, carried)
-        else:
-            half = 0.5 * sensor.attitude_noise
-            measured = quaternion_product(row4(attitude, i), (1.0, half * noise_0, half * noise_1, half * noise_2))
-            if turn[0] != 0.0 or turn[1] != 0.0 or turn[2] != 0.0:
-                measured = quaternion_product(measured, rotation(turn))
-            store_unit(measured_attitude, i, measured)
+        if suite is not None:
+            track(
+                i, attitude, seen, turn, blind, tick, period, suite_sensors[i], keys, episodes[i], suite, measured_rate,
+                measured_attitude, fix_ticks,
+            )  # fmt: skip
+            report(i, tick, suite_sensors[i], keys, episodes[i], wheel_momentum, modal_displacement, modal_rate, suite)
+        if sensors is not None:
+            sensor = sensors[i]
+            if blind and tick > 0:
+                # The rate measured now carries the attitude measured a period ago forward.
+                mean = scale3(0.5, add3(seen, 1.0, row3(measured_rate, i)))
+                carried = quaternion_product(row4(measured_attitude, i), rotation(scale3(period, mean)))
+                # Stored in both branches: the compiler rounds a common normalisation in another way.
+                store_unit(measured_attitude, i, carried)
+            else:
+                half = 0.5 * sensor.attitude_noise
+                measured = quaternion_product(row4(attitude, i), (1.0, half * noise_0, half * noise_1, half * noise_2))
+                if turn[0] != 0.0 or turn[1] != 0.0 or turn[2] != 0.0:
+                    measured = quaternion_product(measured, rotation(turn))
+                store_unit(measured_attitude, i, measured)
+                fix_ticks[i] = tick
         store3(measured_rate, i, seen)
         # Zero unless a term is infinite or not a number, and no comparison with such a sum is true.
         excess = 0.0

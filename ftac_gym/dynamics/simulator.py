@@ -10,6 +10,7 @@ from numba import config
 
 from ftac_gym.dynamics.command_queue import CommandQueue
 from ftac_gym.dynamics.divergence import MOVED, SEEN, divergence
+from ftac_gym.dynamics.instruments import Instruments, instruments
 from ftac_gym.dynamics.merging import merged, with_faults
 from ftac_gym.dynamics.plant import advance
 from ftac_gym.dynamics.sensing import sense
@@ -24,6 +25,7 @@ from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.reach import fastest_rate
 from ftac_gym.task.sampled_reference import table_of
 from ftac_gym.task.scenario import Scenario
+from ftac_gym.task.sensor_suite import SensorSuite
 from ftac_gym.task.vibration import modal_energy, vibration_torque
 from ftac_gym.utils.parameters import FloatArray, is_whole, real_numbers, require
 
@@ -81,6 +83,15 @@ class Simulator:
         self.measured_rate, self._gyro_bias = np.zeros((count, 3)), np.zeros((count, 3))
         self.star_tracker_valid = np.ones(count, dtype=np.bool_)
         self._queue = CommandQueue(count, wheels.count, scenario.delay_steps, scenario.substeps)
+        self._fix_ticks = np.zeros(count, dtype=np.int64)
+        suite = scenario.sensors
+        self._instruments: Instruments | None = None
+        if isinstance(suite, SensorSuite):
+            self._instruments = instruments(suite, scenario.control_period, self.state)
+        source = self._instruments or self.state
+        self.measured_wheel_momentum = source.wheel_momentum
+        """(N, m) measured momentum of the wheels [N m s]; the true array where it is measured without errors."""
+        self.measured_modal_displacement, self.measured_modal_rate = source.modal_displacement, source.modal_rate
         self._indices = np.arange(count)
         self._episodes: Episodes | None = None
         self._pool: tuple[int, ThreadPoolExecutor] | None = None
@@ -99,6 +110,11 @@ class Simulator:
     def time(self) -> FloatArray:
         """(N,) time since the start of each episode [s]."""
         return self.ticks.astype(np.float64) * self.scenario.control_period
+
+    @property
+    def attitude_age(self) -> FloatArray:
+        """(N,) time since the sample of the star tracker was taken that the measured attitude is from [s]."""
+        return (self.ticks - self._fix_ticks).astype(np.float64) * self.scenario.control_period
 
     @property
     def last_command(self) -> FloatArray:
@@ -279,15 +295,16 @@ class Simulator:
             time=self.time,
             attitude=self.measured_attitude.copy(),
             rate=self.measured_rate.copy(),
-            wheel_momentum=self.state.wheel_momentum.copy(),
+            wheel_momentum=self.measured_wheel_momentum.copy(),
             last_command=self.last_command.copy(),
             command_in_effect=self.command_in_effect.copy(),
             star_tracker_valid=self.star_tracker_valid.copy(),
+            attitude_age=self.attitude_age,
             reference_attitude=self.reference_attitude.copy(),
             reference_rate=self.reference_rate.copy(),
             reference_acceleration=self.reference_acceleration.copy(),
-            modal_displacement=self.state.modal_displacement.copy(),
-            modal_rate=self.state.modal_rate.copy(),
+            modal_displacement=self.measured_modal_displacement.copy(),
+            modal_rate=self.measured_modal_rate.copy(),
             truth=self.truth() if truth else None,
         )
 
@@ -298,11 +315,14 @@ class Simulator:
 
     def _sense(self, rows: npt.NDArray[np.int64]) -> None:
         episodes, state = self._drawn(), self.state
+        errors, suite_sensors = (None, episodes.sensors) if self._instruments else (episodes.sensors, None)
         diverged = sense(
             rows, state.attitude, state.rate, self.ticks, self._step, self._substeps, episodes.reference,
             episodes.set_points, self.reference_attitude, self.reference_rate, self.reference_acceleration,
-            episodes.sensors, episodes.sensor_faults, episodes.switches, episodes.key, episodes.index,
-            self._gyro_bias, self.measured_attitude, self.measured_rate, self.star_tracker_valid, self._largest_rate,
+            errors, episodes.sensor_faults, episodes.switches, episodes.key, episodes.index,
+            self._gyro_bias, self.measured_attitude, self.measured_rate, self.star_tracker_valid, self._fix_ticks,
+            self._instruments, suite_sensors, state.wheel_momentum, state.modal_displacement, state.modal_rate,
+            self._largest_rate,
         )  # fmt: skip
         if self._trajectory is not None:
             ticks = np.minimum(self.ticks[rows], len(self._trajectory[0]) - 1)

@@ -49,7 +49,7 @@ class ObservationLayout:
 def observation_layout(scenario: Scenario, tier: str) -> ObservationLayout:
     """Lay out the observation of a scenario and an information tier.
 
-    Here e is the vector part of the measured error quaternion (short way), and w_e the measured rate error in body axes.
+    Here e is the vector part of the measured error quaternion (short way), w_e the measured rate error in body axes.
     There are m wheels, and u is their command in effect over the last period, by the nominal loop delay.
 
     ============================ ==== ==================================================================================
@@ -63,9 +63,9 @@ def observation_layout(scenario: Scenario, tier: str) -> ObservationLayout:
                                       the stored wheel momentum in w x J w from the telemetry tier on)
     ``reference_rate``           3    moving references only: in body axes, / 0.1 rad/s
     ``reference_acceleration``   3    moving references only: in body axes, / 0.01 rad/s^2
-    ``wheel_momentum``           m    telemetry: over its limit (over 1 N m s if unlimited)
+    ``wheel_momentum``           m    telemetry: as measured, over its limit (over 1 N m s if unlimited)
     ``wheel_torque_residual``    m    telemetry: low-passed -dh/dt - u over the torque limit
-    ``star_tracker_valid``       1    telemetry: 1, or 0 while the attitude is carried forward with the gyros
+    ``star_tracker_valid``       1    telemetry: 1, or 0 while the star tracker is out
     ``modal_displacement``       k    telemetry, flexible spacecraft only: vibration modes' displacements, over those
                                       that the full torque of one wheel holds, nominally
     ``modal_rate``               k    telemetry, flexible spacecraft only: their rates, over that displacement times

@@ -53,14 +53,14 @@ class Observer:
         """Write the listed rows of ``out`` (N, size), once after each control period or reset."""
         simulator, state = self._simulator, self._simulator.state
         _observe(
-            rows, simulator.ticks, simulator.measured_attitude, simulator.measured_rate, state.wheel_momentum,
-            simulator.last_command, simulator.command_in_effect, simulator.reference_attitude,
-            simulator.reference_rate, simulator.reference_acceleration, simulator.star_tracker_valid, *self._constants,
-            *self._filters, out,
+            rows, simulator.ticks, simulator.measured_attitude, simulator.measured_rate,
+            simulator.measured_wheel_momentum, simulator.last_command, simulator.command_in_effect,
+            simulator.reference_attitude, simulator.reference_rate, simulator.reference_acceleration,
+            simulator.star_tracker_valid, *self._constants, *self._filters, out,
         )  # fmt: skip
         if self._modal_scales is not None and self._tier > 0:
             for name, scale in zip(("modal_displacement", "modal_rate"), self._modal_scales, strict=True):
-                values = getattr(state, name)[rows] / scale
+                values = getattr(simulator, f"measured_{name}")[rows] / scale
                 out[rows, self.layout.slices[name]] = np.clip(values, -BOUND, BOUND)
         if TIERS[self._tier] == "oracle":
             faults, momentum = simulator.faults.take(rows), state.wheel_momentum[rows]

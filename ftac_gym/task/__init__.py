@@ -11,6 +11,7 @@ from ftac_gym.task.prescribed_bound import PrescribedBound
 from ftac_gym.task.references import MRPSinusoid, RateProfile, SetPoints, fixed_attitude
 from ftac_gym.task.sampled_reference import SampledReference
 from ftac_gym.task.scenario import Scenario, success_steps
+from ftac_gym.task.sensor_suite import Gyro, ModalTelemetry, SensorSuite, StarTracker, WheelTelemetry
 from ftac_gym.task.sensors import SensorErrors
 from ftac_gym.task.vibration import AppendageUncertainty
 
@@ -19,20 +20,25 @@ __all__ = [
     "CostBounds",
     "Disturbance",
     "Episodes",
+    "Gyro",
     "Harmonic",
     "InertiaUncertainty",
     "InitialState",
     "LowOrbitTorque",
     "MRPSinusoid",
     "Measurement",
+    "ModalTelemetry",
     "PrescribedBound",
     "RateProfile",
     "RewardWeights",
     "SampledReference",
     "Scenario",
     "SensorErrors",
+    "SensorSuite",
     "SetPoints",
+    "StarTracker",
     "SuccessCriterion",
+    "WheelTelemetry",
     "fixed_attitude",
     "success_steps",
 ]

@@ -8,7 +8,7 @@ from typing import Any
 
 from ftac_gym.faults import Fault, FaultDistribution, FaultSchedule
 from ftac_gym.faults.specification import ADDED, NO_FAULTS, parse_all
-from ftac_gym.utils.serialization import TYPE_KEY, classes, classes_of, from_plain, hints_of
+from ftac_gym.utils.serialization import TYPE_KEY, classes, classes_of, from_plain, hints_of, required_fields
 
 
 def changed(present: Any, change: Any, field: str, hint: Any) -> Any:
@@ -20,8 +20,9 @@ def changed(present: Any, change: Any, field: str, hint: Any) -> Any:
         Its value before.
     change
         The new value; a dict with ``"type"``, in the form of :meth:`~ftac_gym.task.scenario.Scenario.to_dict`; or a
-        dict of some fields, which change the part that is there, or the default part where there is none. A list may
-        hold such dicts with ``"type"``.
+        dict of some fields, which change the part that is there, or the default part where there is none. Where that
+        part can be of several classes, the fields must be those of one of them alone. A list may hold such dicts with
+        ``"type"``.
     field
         Name of the field, for messages.
     hint
@@ -97,6 +98,9 @@ def _merged(present: Any, change: Mapping[str, Any], hint: Any) -> Mapping[str, 
         before = {item.name: getattr(present, item.name) for item in dataclasses.fields(present)}
     else:
         candidates = list(classes_of(hint))
+        if len(candidates) > 1:
+            given = set(change)
+            candidates = [kind for kind in candidates if set(required_fields(kind)) <= given <= set(hints_of(kind))]
         if len(candidates) != 1:
             return change
         cls, before = candidates[0], {}

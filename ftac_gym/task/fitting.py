@@ -20,6 +20,7 @@ from ftac_gym.task.initial_state import initial_dtype
 from ftac_gym.task.reach import LARGEST_TURN, extreme_moments, fastest_rate, moment_ratios, push_time
 from ftac_gym.task.references import REFERENCE, SET_POINT, ReferenceKind
 from ftac_gym.task.scenario import LONGEST_EXTRA, Scenario
+from ftac_gym.task.sensor_suite import LARGEST_SCALE_FACTOR, PART_PER_MILLION, SUITE, SensorSuite
 from ftac_gym.task.sensors import LARGEST_MISALIGNMENT, SENSOR
 from ftac_gym.task.vibration import LARGEST_PHASE, MODE, check_modes
 from ftac_gym.utils.parameters import FloatArray, fields_named, require
@@ -82,6 +83,11 @@ def _check_forms(episodes: Episodes, scenario: Scenario) -> None:
     ):
         given: tuple[int, ...] = getattr(getattr(episodes, name), "shape", ())
         require(given[1:2] == (count,), "episodes", rule, given[1] if len(given) > 1 else None)
+    sensor = SUITE if isinstance(scenario.sensors, SensorSuite) else SENSOR
+    given_sensor = getattr(getattr(episodes, "sensors", None), "dtype", None)
+    if given_sensor in (SUITE, SENSOR):
+        rule = f"must be drawn with a SensorSuite if and only if {scenario.name} has one, not with sensors of the form"
+        require(given_sensor == sensor, "episodes", rule, given_sensor.names)
     torque = scenario.external_torque
     _, harmonics = torque.draw(np.zeros((0, torque.uniform_count)), np.zeros((0, 3, 3)))
     _, points = scenario.reference.draw(np.zeros((0, scenario.reference.uniform_count)))
@@ -91,7 +97,7 @@ def _check_forms(episodes: Episodes, scenario: Scenario) -> None:
         "inertia": (INERTIA, ()),
         "disturbance": (DISTURBANCE, ()),
         "harmonics": (HARMONIC, harmonics.shape[1:]),
-        "sensors": (SENSOR, ()),
+        "sensors": (sensor, ()),
         "reference": (REFERENCE, ()),
         "set_points": (SET_POINT, points.shape[1:]),
         "feasible": (np.bool_, ()),
@@ -115,7 +121,7 @@ def _check_numbers(episodes: Episodes, scenario: Scenario) -> None:
             f"must be within [0, {LONGEST_EXTRA}] control periods",
         )
         check_values(episodes.extra_delay, short, "extra_delay")
-        for name, rules in _RULES.items():
+        for name, rules in {**_RULES, "sensors": _sensor_rules(scenario)}.items():
             table = getattr(episodes, name)
             check_fields(table, rules, name)
             for field in table.dtype.names or ():
@@ -197,6 +203,34 @@ def _check_frequencies(episodes: Episodes, scenario: Scenario) -> None:
         check_values(np.where(size == 0.0, 0.0, frequency), resolved, f"{name}.frequency")
 
 
+_MISALIGNMENT: Rule = (
+    lambda values: np.linalg.norm(values, axis=-1) <= LARGEST_MISALIGNMENT * (1.0 + 1e-9),
+    f"must be a rotation vector of at most {LARGEST_MISALIGNMENT:g} rad",
+)
+
+
+def _sensor_rules(scenario: Scenario) -> Mapping[str, Rule]:
+    """Return the rules of the sensor records of a scenario."""
+    suite, period = scenario.sensors, scenario.control_period
+    if not isinstance(suite, SensorSuite):
+        simple = dict.fromkeys(("attitude_noise", "rate_noise", "gyro_bias_walk"), NOT_NEGATIVE)
+        return {**simple, "gyro_misalignment": _MISALIGNMENT}
+    names = [name for name in SUITE.names or () if SUITE[name].ndim == 0]
+    longest = (suite.fixes(period) * suite.tracker_periods(period) - 1.0 + 1e-9) * period
+    largest = LARGEST_SCALE_FACTOR * PART_PER_MILLION * (1.0 + 1e-9)
+    return {
+        **dict.fromkeys(names, NOT_NEGATIVE),
+        "latency": (
+            lambda values: (values >= 0.0) & (values <= longest),
+            f"must be within [0, {longest:.4g}] s: {scenario.name} stores no more samples of its star tracker",
+        ),
+        "correlation_time": (lambda values: np.isfinite(values) & (values > 0.0), "must be positive"),
+        "boresight": (lambda values: np.abs(np.linalg.norm(values, axis=-1) - 1.0) < 1e-6, "must be a unit vector"),
+        "scale_factor": (lambda values: np.abs(values) <= largest, f"must be within {largest:.4g} of zero"),
+        "gyro_misalignment": _MISALIGNMENT,
+    }
+
+
 _SIZE: Rule = (
     lambda values: np.abs(values) <= 10.0 * LARGEST_NUMBER,
     f"must be within {10.0 * LARGEST_NUMBER:g} of zero",
@@ -214,13 +248,6 @@ _RULES: Mapping[str, Mapping[str, Rule]] = {
     },
     "disturbance": {"rate_scaled": FLAG, "rate_offset": NOT_NEGATIVE},
     "harmonics": {},
-    "sensors": {
-        **dict.fromkeys(("attitude_noise", "rate_noise", "gyro_bias_walk"), NOT_NEGATIVE),
-        "gyro_misalignment": (
-            lambda values: np.linalg.norm(values, axis=-1) <= LARGEST_MISALIGNMENT * (1.0 + 1e-9),
-            f"must be a rotation vector of at most {LARGEST_MISALIGNMENT:g} rad",
-        ),
-    },
     "reference": {"attitude": UNIT_QUATERNION},
     "set_points": {
         "attitude": UNIT_QUATERNION,

@@ -14,8 +14,9 @@ from ftac_gym.faults.wheel_faults import Bias
 from ftac_gym.task.inertia import InertiaUncertainty, exact_inertia
 from ftac_gym.task.reach import LARGEST_TURN, check_reach
 from ftac_gym.task.references import MRPSinusoid, RateProfile
+from ftac_gym.task.sensor_suite import SensorSuite
 from ftac_gym.task.vibration import LARGEST_PHASE, AppendageUncertainty, check_modes
-from ftac_gym.utils.parameters import FloatArray, Interval, largest, require
+from ftac_gym.utils.parameters import FloatArray, Interval, fields_named, largest, require
 from ftac_gym.utils.sizes import LARGEST_NUMBER, check_size
 
 if TYPE_CHECKING:
@@ -92,7 +93,11 @@ def _check_sensors(scenario: Scenario) -> None:
     # A gyro need not report more than the plant integrates.
     fastest = LARGEST_TURN / scenario.physics_step
     rates: dict[str, Interval] = {}
-    if (sensors := scenario.sensors) is not None:
+    sensors = scenario.sensors
+    if isinstance(sensors, SensorSuite):
+        with fields_named("sensors."):
+            sensors.check(scenario.control_period, scenario.duration, fastest)
+    elif sensors is not None:
         require(
             sensors.attitude_noise <= math.pi, "sensors.attitude_noise", "must be at most pi", sensors.attitude_noise
         )

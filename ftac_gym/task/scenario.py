@@ -29,6 +29,7 @@ from ftac_gym.task.pointing import check_pointing
 from ftac_gym.task.prescribed_bound import PrescribedBound
 from ftac_gym.task.references import MRPSinusoid, RateProfile, SetPoints
 from ftac_gym.task.sampled_reference import SampledReference
+from ftac_gym.task.sensor_suite import SensorSuite
 from ftac_gym.task.sensors import SENSOR, SensorErrors
 from ftac_gym.task.vibration import AppendageUncertainty, check_modes
 from ftac_gym.utils.parameters import (
@@ -78,7 +79,7 @@ class Scenario:
     disturbance
         External torque; of several disturbances in a tuple it is the sum.
     sensors
-        Sensor errors.
+        Errors and timing of the sensors: by their data sheets, or white noise and a walking bias as papers have them.
     inertia_uncertainty
         Difference of the true inertia from the nominal one.
     control_period
@@ -121,7 +122,7 @@ class Scenario:
     reference: SetPoints | MRPSinusoid | RateProfile | SampledReference = field(default_factory=SetPoints)
     faults: FaultDistribution | FaultSchedule | None = None
     disturbance: Disturbance | LowOrbitTorque | tuple[Disturbance | LowOrbitTorque, ...] | None = None
-    sensors: SensorErrors | None = None
+    sensors: SensorErrors | SensorSuite | None = None
     inertia_uncertainty: InertiaUncertainty | None = None
     control_period: float = 0.1
     physics_step: float = 0.02

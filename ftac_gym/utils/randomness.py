@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from ftac_gym.utils.compiling import entry_point
+from ftac_gym.utils.compiling import entry_point, merged
 
 FloatArray = npt.NDArray[np.float64]
 KeyArray = npt.NDArray[np.uint32]
@@ -45,6 +45,9 @@ class Stream(IntEnum):
     SWITCHING = 8
     MODES = 9
     DELAY = 10
+
+
+_NOISE = int(Stream.NOISE)
 
 
 def keys_from_seeds(seeds: Iterable[int]) -> KeyArray:
@@ -94,6 +97,13 @@ def normal_pair(word_0: Any, word_1: Any) -> Any:
     # The cosine from the sine costs a square root instead of a second transcendental function, and no branch.
     cosine = math.copysign(math.sqrt(max(1.0 - sine * sine, 0.0)), abs(turn - 0.5) - 0.25)
     return radius * cosine, radius * sine
+
+
+@merged
+def normals(tick: int, episode: int, block: int, keys: Any, i: int) -> Any:
+    """Return four standard normal deviates of the sensors' noise of spacecraft i at a tick of its episode."""
+    a, b, c, d = philox(tick, episode, _NOISE, block, keys[i, 0], keys[i, 1])
+    return normal_pair(a, b) + normal_pair(c, d)
 
 
 @entry_point(contract=False)

@@ -152,7 +152,7 @@ def test_measurement_has_one_row_per_craft_in_double_precision():
     widths = {"time": (), "attitude": (4,), "rate": (3,), "wheel_momentum": (4,), "last_command": (4,)}
     widths |= {"command_in_effect": (4,)}
     widths |= {"reference_attitude": (4,), "reference_rate": (3,), "reference_acceleration": (3,)}
-    widths |= {"modal_displacement": (0,), "modal_rate": (0,)}
+    widths |= {"attitude_age": (), "modal_displacement": (0,), "modal_rate": (0,)}
     for name, width in widths.items():
         assert getattr(measured, name).shape == (3, *width) and getattr(measured, name).dtype == np.float64
     assert measured.star_tracker_valid.shape == (3,) and measured.star_tracker_valid.dtype == np.bool_

@@ -10,18 +10,23 @@ from ftac_gym.spacecraft import FlexibleAppendages, Friction, Spacecraft, WheelA
 from ftac_gym.task import (
     AppendageUncertainty,
     Disturbance,
+    Gyro,
     Harmonic,
     InertiaUncertainty,
     InitialState,
     LowOrbitTorque,
+    ModalTelemetry,
     MRPSinusoid,
     PrescribedBound,
     RateProfile,
     RewardWeights,
     Scenario,
     SensorErrors,
+    SensorSuite,
     SetPoints,
+    StarTracker,
     SuccessCriterion,
+    WheelTelemetry,
 )
 from ftac_gym.task.objective import COSTS
 
@@ -176,6 +181,33 @@ sensor_errors = st.builds(
     gyro_bias_walk=sizes(1e-9, 1.0),
     gyro_misalignment=ranges(1e-4, 0.1),
 )
+sensor_suites = st.builds(
+    SensorSuite,
+    star_tracker=maybe(
+        st.builds(
+            StarTracker,
+            rate=st.sampled_from([0.5, 1.0, 2.0, 5.0, 10.0]) | sizes(1e-2, 1e3),
+            latency=ranges(1e-3, 1.0),
+            cross_noise=ranges(0.1, 1e4),
+            boresight_noise=ranges(0.1, 1e4),
+            boresight=directions,
+        )
+    ),
+    gyro=maybe(
+        st.builds(
+            Gyro,
+            angle_random_walk=ranges(1e-5, 10.0),
+            rate_random_walk=ranges(1e-4, 100.0),
+            bias=intervals(1e-3, 1e5),
+            bias_instability=ranges(1e-3, 1e3),
+            correlation_time=sizes(1e-2, 1e5),
+            scale_factor=intervals(0.1, 1e5),
+            misalignment=ranges(1e-4, 5.0),
+        )
+    ),
+    wheels=maybe(st.builds(WheelTelemetry, noise=ranges(1e-9, 10.0), quantum=sizes(1e-9, 10.0))),
+    modes=maybe(st.builds(ModalTelemetry, displacement_noise=ranges(1e-9, 1.0), rate_noise=ranges(1e-9, 1.0))),
+)
 inertia_uncertainties = st.builds(
     InertiaUncertainty,
     relative=st.floats(0.0, 0.95),
@@ -263,7 +295,7 @@ PARTS = {
     "reference": references,
     "faults": maybe(fault_sources),
     "disturbance": maybe(disturbances),
-    "sensors": maybe(sensor_errors),
+    "sensors": maybe(sensor_errors | sensor_suites),
     "inertia_uncertainty": maybe(inertia_uncertainties),
     "tumble_rate": maybe(sizes(1e-3, 10.0)),
     "misalignment": maybe(triples(st.tuples(*[signed(1e-4, 0.1)] * 4))),

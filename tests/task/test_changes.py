@@ -12,7 +12,7 @@ from ftac_gym import scenarios
 from ftac_gym.faults import Bias, FaultSchedule, LockInPlace, Outage, StarTrackerOutage
 from ftac_gym.faults.specification import parse_all
 from ftac_gym.spacecraft import WheelArray
-from ftac_gym.task import InertiaUncertainty, LowOrbitTorque, RewardWeights, SensorErrors
+from ftac_gym.task import Gyro, InertiaUncertainty, LowOrbitTorque, RewardWeights, SensorErrors, SensorSuite
 from ftac_gym.utils.serialization import to_plain
 
 FLAGSHIP = scenarios.get("flagship")
@@ -43,6 +43,7 @@ def test_a_dict_changes_parts_of_parts():
 def test_a_dict_for_an_absent_part_changes_its_defaults():
     bare = FLAGSHIP.replace(sensors=None, inertia_uncertainty=None, disturbance=None)
     assert bare.replace(sensors={"rate_noise": 1e-5}).sensors == SensorErrors(rate_noise=1e-5)
+    assert bare.replace(sensors={"gyro": {"bias": 1.0}}).sensors == SensorSuite(gyro=Gyro(bias=1.0))
     assert bare.replace(inertia_uncertainty={"relative": 0.2}).inertia_uncertainty == InertiaUncertainty(relative=0.2)
     torque = LowOrbitTorque()
     assert bare.replace(disturbance=to_plain(torque)).disturbance == torque

@@ -73,7 +73,7 @@ def test_timing_in_steps():
         ({"disturbance": 0.1}, "disturbance must be a Disturbance or LowOrbitTorque or None"),
         (
             {"sensors": {"type": "Harmonic", "amplitude": [0, 0, 0], "frequency": 1}},
-            "sensors must describe a SensorErrors",
+            "sensors must describe a SensorErrors or SensorSuite",
         ),
         ({"inertia_uncertainty": 0.1}, "inertia_uncertainty must be a InertiaUncertainty or None"),
         ({"reward": {"type": "Craft"}}, "type must be one of"),

@@ -9,18 +9,23 @@ from ftac_gym import faults, scenarios
 from ftac_gym.spacecraft import Friction, Spacecraft, WheelArray
 from ftac_gym.task import (
     Disturbance,
+    Gyro,
     Harmonic,
     InertiaUncertainty,
     InitialState,
     LowOrbitTorque,
+    ModalTelemetry,
     MRPSinusoid,
     RateProfile,
     RewardWeights,
     SampledReference,
     Scenario,
     SensorErrors,
+    SensorSuite,
     SetPoints,
+    StarTracker,
     SuccessCriterion,
+    WheelTelemetry,
 )
 
 FLAGSHIP = scenarios.get("flagship")
@@ -94,6 +99,15 @@ PARTS = [  # every class with no field at its default
     {"disturbance": LowOrbitTorque(500e3, (0.1, 0.2), 1, 2, (3, 4), 0.5, 0.06, (0.7, 0.8), 0.9)},
     {"disturbance": Disturbance(AXES, (Harmonic(AXES, (0.1, 0.2), AXES), Harmonic(AXES, 0.3)), rate_offset=0.1)},
     {"sensors": SensorErrors(1e-4, 1e-5, (-1e-6, 1e-6), 1e-8, (0.001, 0.002))},
+    {
+        "sensors": SensorSuite(
+            star_tracker=StarTracker(latency=(0.1, 0.2), cross_noise=6.0, boresight=(0.6, 0.0, 0.8)),
+            gyro=Gyro(angle_random_walk=(0.01, 0.02), bias=(-1.0, 1.0), misalignment=0.1),
+            wheels=WheelTelemetry(noise=1e-3, quantum=1e-3),
+            modes=ModalTelemetry(rate_noise=1e-4),
+        )
+    },
+    {"sensors": SensorSuite()},
     {"inertia_uncertainty": InertiaUncertainty(0.1, np.eye(3), (1, 2, 3), (4, 5, 6), (7, 8, 9), True)},
     {
         "reward": RewardWeights(1, 0.1, 0.2, 0.3, 0.4, 6, 7, 8, 9, 0.5),

@@ -14,10 +14,12 @@ from ftac_gym.task import (
     AppendageUncertainty,
     CostBounds,
     Disturbance,
+    Gyro,
     Harmonic,
     InertiaUncertainty,
     InitialState,
     LowOrbitTorque,
+    ModalTelemetry,
     MRPSinusoid,
     PrescribedBound,
     RateProfile,
@@ -25,6 +27,9 @@ from ftac_gym.task import (
     SampledReference,
     Scenario,
     SensorErrors,
+    SensorSuite,
+    StarTracker,
+    WheelTelemetry,
 )
 from ftac_gym.utils.serialization import TYPE_KEY, classes, to_plain
 
@@ -64,6 +69,7 @@ PARTS = [
     {"disturbance": Disturbance(AXES, (Harmonic(AXES, 0.2, AXES),), 0.1)},
     {"disturbance": LowOrbitTorque()},
     {"sensors": SensorErrors(), "tumble_rate": 1.0},
+    {"sensors": SensorSuite(star_tracker=StarTracker(), gyro=Gyro(), wheels=WheelTelemetry(), modes=ModalTelemetry())},
     {"inertia_uncertainty": InertiaUncertainty(0.1, np.eye(3), (1.0, 2.0, 3.0), AXES[:1] * 3, AXES[:1] * 3, True)},
     {"prescribed_bound": PrescribedBound(initial_factor=9.0)},
 ]
@@ -200,11 +206,15 @@ def test_wrong_values_in_python_are_refused_with_the_name_of_the_field(kind):
             r"scenario\.spacecraft\.wheels\.friction\[0\]\.viscous must not be negative",
         ),
         ('"viscous": 0.0001', '"viscous": "1"', r"friction\[0\]\.viscous must be a number, got '1'"),
-        ('"sensors": null', '"sensors": {"type": "Friction"}', r"scenario\.sensors must describe a SensorErrors, got"),
+        (
+            '"sensors": null',
+            '"sensors": {"type": "Friction"}',
+            "must describe a SensorErrors or SensorSuite, got",
+        ),
         (
             '"sensors": null',
             '"sensors": {"type": "Star"}',
-            r"scenario\.sensors\.type must be one of \['SensorErrors'\]",
+            r"scenario\.sensors\.type must be one of \['SensorErrors', 'SensorSuite'\]",
         ),
         ('"sensors": null', '"sensors": {"type": ["Star"]}', r"scenario\.sensors\.type must be one of"),
         (
@@ -212,7 +222,7 @@ def test_wrong_values_in_python_are_refused_with_the_name_of_the_field(kind):
             '"sensors": {"type": "SensorErrors", "x": 1}',
             "scenario.sensors: SensorErrors has no field",
         ),
-        ('"sensors": null', '"sensors": {}', r"scenario\.sensors\.type must be one of \['SensorErrors'\], got None"),
+        ('"sensors": null', '"sensors": {}', r"sensors\.type must be one of \['SensorErrors', 'SensorSuite'\], got"),
         ('"duration": 120.0', '"duration": {}', r"scenario\.duration must not be an object"),
     ],
 )
