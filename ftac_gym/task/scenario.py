@@ -19,7 +19,6 @@ from ftac_gym.task.changes import changed, changed_faults
 from ftac_gym.task.disturbances import Disturbance
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.external_torque import ExternalTorque, checked
-from ftac_gym.task.feasibility import Demand, feasibility_labels
 from ftac_gym.task.inertia import InertiaUncertainty
 from ftac_gym.task.initial_state import InitialState
 from ftac_gym.task.integrability import check_motion, check_numbers
@@ -100,7 +99,7 @@ class Scenario:
         Difference of the true vibration modes from the nominal ones; None for none.
     misalignment
         3 x m, in body axes: difference of the true wheel axes from the nominal ones, columns of length 2 at most;
-        None for none. The feasibility label leaves it out.
+        None for none.
     loop_delay
         Time from a measurement until the command that it leads to takes effect [s]; a multiple of ``physics_step``. It
         is known to on-board software; late wheels come on top.
@@ -348,9 +347,9 @@ class Scenario:
 
     def feasibility(self, episodes: Episodes) -> npt.NDArray[np.bool_]:
         """Label episodes as feasible or not in this scenario, (N,); see :mod:`ftac_gym.task.feasibility`."""
-        wheels, turning = self.spacecraft.wheels, not self.reference.moving
-        demand = Demand.of_episodes(episodes, wheels, turning, self.success.hold, self.duration)
-        return feasibility_labels(episodes.faults, wheels, demand)
+        from ftac_gym.task.feasibility import feasibility_labels  # Compiled: scenarios alone do not need Numba.
+
+        return feasibility_labels(self, episodes)
 
 
 def check_fields(changes: Iterable[str], call: str) -> None:

@@ -77,7 +77,7 @@ def test_the_episodes_of_a_number():
         ((["pd"], "nowhere"), "scenario must be one of"),
         ((["pd"], 3), "scenario must be a name, .* got 3"),
         ((["pd"], SHORT, None, 0), "episodes must be"),
-        ((["pd"], "chen_2018", None, 5), r"feasible.*; give episodes, for example scenario\.draw\(0, 5\)"),
+        ((["pd"], "zhang_zhou_2019", None, 5), r"feasible.*; give episodes, for example scenario\.draw\(0, 5\)"),
     ],
 )
 def test_what_is_refused_before_any_flight(arguments, message):
