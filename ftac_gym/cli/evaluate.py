@@ -92,7 +92,7 @@ class Config:
     episodes: int = 500
     """Feasible episodes of each scenario; infeasible ones between them are flown too and counted apart."""
     count_infeasible: bool = False
-    """Count every episode as feasible: the label is conservative, and some papers' examples do not have it."""
+    """Count every episode as feasible: the label is not exact, and some papers' examples do not have it."""
     episodes_of: Literal["validation", "test"] = "test"
     """Frozen lists of the flagship's splits: those of the validation are for every choice, those of the test for the
     last table alone. For other scenarios the same with drawn episodes, of seed 20000 and 10000."""

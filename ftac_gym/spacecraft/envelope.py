@@ -5,14 +5,13 @@ Both are zonotopes, sum_j [-r_j, r_j] D[:, j]. A vector t lies inside one exactl
 """
 
 from dataclasses import dataclass, field
-from functools import lru_cache
 from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.attitude import cross
-from ftac_gym.utils.parameters import FloatArray, Matrix
+from ftac_gym.utils.parameters import FloatArray
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -94,16 +93,3 @@ class Envelope:
         free, support = self.room(load, reach)
         gram = np.einsum("nj,ij,kj->nik", (reach > 0.0).astype(float), self._axes, self._axes)
         return np.all(free >= -ROUNDING * support, axis=1) & (np.linalg.eigvalsh(gram)[:, 0] > 1e-9)
-
-    def multiples(self, direction: FloatArray, load: Load, reach: FloatArray) -> FloatArray:
-        """Return the largest multiples (N,) of vectors (N, 3) in the room that a load leaves."""
-        needed = np.abs(direction @ self._normals)
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            fits = np.where(needed > 1e-12, np.maximum(self.room(load, reach)[0], 0.0) / needed, np.inf)
-        return fits.min(axis=1, initial=np.inf)
-
-
-@lru_cache(maxsize=16)
-def envelope_of(axes: Matrix) -> Envelope:
-    """Return the envelope of wheels with these axes."""
-    return Envelope(np.array(axes))

@@ -68,7 +68,7 @@ def plan_numbers(scenario: Scenario, episodes: Episodes) -> npt.NDArray[np.int64
     axes = wheels.axis_matrix.T
     if scenario.misalignment is not None:
         axes = axes + np.transpose(scenario.misalignment)
-    normals = envelope_normals(axes.T)
+    normals = facet_normals(axes.T)
     steps = step_count(duration, episodes.reference)
     times = np.linspace(0.0, duration, steps + 1)
     aims, rates = reference_motion(scenario.reference, episodes, times)
@@ -91,6 +91,13 @@ def step_count(duration: float, reference: npt.NDArray[np.void]) -> int:
     swings = duration * float(np.abs(reference["frequency"]).max(initial=0.0))
     fewest = max(FEWEST_STEPS, math.ceil(duration / LONGEST_STEP), math.ceil(4.0 * swings))
     return min(fewest, MOST_STEPS)
+
+
+def facet_normals(axes: FloatArray) -> FloatArray:
+    """Return the normals (facets, 3) of the envelope of wheel axes (3, m), also of a flat one."""
+    directions, sizes, _ = np.linalg.svd(axes)
+    rank = int((sizes > 1e-6).sum())
+    return envelope_normals(np.hstack([axes, directions[:, rank:]]))
 
 
 def capacities(wheels: WheelArray) -> npt.NDArray[np.void]:

@@ -153,9 +153,10 @@ def flight(
         sine = math.sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
         angle, way = 2.0 * math.atan2(sine, abs(q[0])), 1.0 if q[0] >= 0.0 else -1.0
         if k >= window:
-            if angle > goal[2]:
+            # In this form a motion that is no number fails.
+            if not angle <= goal[2]:
                 return False
-            if angle > goal[0] or dot3(w, w) > goal[1] * goal[1]:
+            if not (angle <= goal[0] and dot3(w, w) <= goal[1] * goal[1]):
                 missed += 1
         if k == steps:
             break

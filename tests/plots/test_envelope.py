@@ -14,7 +14,7 @@ from ftac_gym import scenarios
 from ftac_gym.evaluation import rollout
 from ftac_gym.faults import FaultSchedule, HardOver, LockInPlace, Outage
 from ftac_gym.plots import polytopes_along, torque_polytope, wheel_envelope
-from ftac_gym.spacecraft.envelope import Load, envelope_of
+from ftac_gym.spacecraft.envelope import Envelope, Load
 from ftac_gym.spacecraft.layouts import pyramid
 from ftac_gym.spacecraft.wheel_array import WheelArray
 
@@ -113,13 +113,13 @@ def test_zero_is_held_exactly_if_a_linear_program_says_so(array):
 
 
 @pytest.mark.parametrize("shares", [(1.0, 1.0, 1.0, 1.0), (1.0, 0.3, 1.0, 1.0), (0.0, 1.0, 1.0, 1.0)])
-def test_the_guarantee_is_that_of_the_feasibility_label(shares):
+def test_the_guarantee_is_that_of_the_envelope(shares):
     found = torque_polytope(PYRAMID, shares)
     reach = np.array(shares)[None] * PYRAMID.torque_limits
-    free, support = envelope_of(PYRAMID.axes).room(Load(np.zeros((1, 3))), reach)
+    free, support = Envelope(PYRAMID.axis_matrix).room(Load(np.zeros((1, 3))), reach)
     assert found.guaranteed == pytest.approx(support.min()) == pytest.approx(free.min())
     points = np.array([[0.999], [1.001]]) * found.guaranteed * found.worst_direction
-    inside = envelope_of(PYRAMID.axes).contains(Load(points), reach.repeat(2, 0))
+    inside = Envelope(PYRAMID.axis_matrix).contains(Load(points), reach.repeat(2, 0))
     assert inside.tolist() == [True, False]
 
 
