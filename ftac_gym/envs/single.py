@@ -60,7 +60,7 @@ class SpacecraftFTCEnv(BatchEnvironment, gym.Env[Observation, npt.NDArray[Any]])
       never beyond ``limit`` cones. Exploration noise can hide it: evaluate without noise.
     - ``cost`` [s]: time of this period outside the scenario's ``cost_bounds``, for safe reinforcement learning.
     - ``reward/NAME``, after a step: the terms of the reward.
-    - ``feasible``: a controller that knows all faults beforehand passes the episode.
+    - ``feasible``: a controller with the truth and all faults in advance passes the episode.
     - ``fault/kind``, ``fault/wheel``, ``fault/onset`` [s], ``fault/active``: the true faults, an entry for each that an
       episode of the scenario can have, in the order of their onsets. A kind is a number of
       :class:`~ftac_gym.faults.table.FaultKind`. Where there is no fault, kind is 0, and wheel and onset are -1; wheel

@@ -62,7 +62,7 @@ class Episodes:
     set_points
         SET_POINT records (N, points).
     feasible
-        (N,) whether a controller that knows all faults passes; see :mod:`ftac_gym.task.feasibility`.
+        (N,) whether a controller with all faults in advance passes; see :mod:`ftac_gym.task.feasibility`.
     modes
         MODE records (N, k) of the vibration modes; k = 0 for rigid spacecraft.
     extra_delay

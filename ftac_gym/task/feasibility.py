@@ -1,7 +1,7 @@
-"""Feasibility of episodes: whether a controller that knows everything beforehand passes them.
+"""Feasibility of episodes: whether a controller with the truth and all faults in advance passes them.
 
-An episode earns the label by a flight. A controller that knows the truth, and all faults before they occur, flies it on
-a coarse grid of times (:mod:`ftac_gym.task.feasible_flight`). The flight has what decides feasibility:
+An episode earns the label by a flight on a coarse grid of times (:mod:`ftac_gym.task.feasible_flight`). Its controller
+is given the truth and all faults in advance. The flight has what decides feasibility:
 
 1. Torque. In each step every wheel has bounds from its effectiveness, bias, friction, power limit and momentum limit at
    that time, along its true axis. An outage leaves a wheel its momentum, and a seizure gives it to the body.

@@ -26,8 +26,8 @@ from ftac_gym.task.feasible_torque import (
 from ftac_gym.utils.compiling import entry_point
 
 PLAN = np.dtype([("braking", "f8"), ("gyroscopic", "f8"), ("long_way", "f8")])
-"""How to turn: share of the torque that braking uses, share of it that the gyroscopic torque may take, and 1.0 for the
-long way round."""
+"""One way to turn: share of the torque that braking uses, share of it that the gyroscopic torque may take, and 1.0 for
+the long way round."""
 
 UNWINDING = 0.05
 """Rate at which wheels give up momentum that no torque needs [1/s]."""
@@ -69,8 +69,17 @@ def external_torque(steady: Any, harmonics: Any, time: float) -> Any:
 
 @compiled
 def plan_braking(
-    k: int, along: Any, part: float, normals: Any, across: Any, signals: Any, capacity: Any, momentum: Any, step: float,
-    work: Any, braking: Any,
+    k: int,
+    along: Any,
+    part: float,
+    normals: Any,
+    across: Any,
+    signals: Any,
+    capacity: Any,
+    momentum: Any,
+    step: float,
+    work: Any,
+    braking: Any,
 ) -> None:
     """Write what braking takes away from the closing speed until each time from step k on [rad/s], and its sums.
 
@@ -120,9 +129,27 @@ def safe_speed(k: int, step: float, angle: float, closing: float, braking: Any) 
 
 @compiled
 def flight(
-    attitude: Any, rate: Any, stored: Any, aim: Any, rates: Any, points: Any, inertia: Any,
-    steady: Any, harmonics: Any, signals: Any, capacity: Any, axes: Any, normals: Any, across: Any, coupled: bool,
-    step: float, window: int, goal: Any, plan: Any, work: Any, braking: Any,
+    attitude: Any,
+    rate: Any,
+    stored: Any,
+    aim: Any,
+    rates: Any,
+    points: Any,
+    inertia: Any,
+    steady: Any,
+    harmonics: Any,
+    signals: Any,
+    capacity: Any,
+    axes: Any,
+    normals: Any,
+    across: Any,
+    coupled: bool,
+    step: float,
+    window: int,
+    goal: Any,
+    plan: Any,
+    work: Any,
+    braking: Any,
 ) -> bool:
     """Fly one episode with all faults known; True if it is a success.
 
@@ -175,9 +202,7 @@ def flight(
         if angle > 1e-6 and dot3(axis, aimed) < _TIP and plans < _PLANS:
             aimed, plans = axis, plans + 1
             along = symmetric_times(tensor, axis)
-            plan_braking(
-                k, along, plan.braking, normals, across, signals, capacity, momentum, step, work, braking
-            )
+            plan_braking(k, along, plan.braking, normals, across, signals, capacity, momentum, step, work, braking)
         allowed = safe_speed(k, step, angle, -dot3(axis, w), braking)
         precession = cross3(total, axis)
         fits = multiple(normals, across, _NOTHING, precession, low, high, True)
@@ -214,9 +239,28 @@ def flight(
 
 @entry_point(algebra, fault_signals, feasible_torque)
 def flown(
-    attitude: Any, rate: Any, stored: Any, aims: Any, rates: Any, points: Any, inertia: Any, steady: Any,
-    harmonics: Any, faults: Any, switches: Any, capacity: Any, axes: Any, normals: Any, across: Any, coupled: bool,
-    step: float, steps: int, window: int, goal: Any, plans: Any, out: Any,
+    attitude: Any,
+    rate: Any,
+    stored: Any,
+    aims: Any,
+    rates: Any,
+    points: Any,
+    inertia: Any,
+    steady: Any,
+    harmonics: Any,
+    faults: Any,
+    switches: Any,
+    capacity: Any,
+    axes: Any,
+    normals: Any,
+    across: Any,
+    coupled: bool,
+    step: float,
+    steps: int,
+    window: int,
+    goal: Any,
+    plans: Any,
+    out: Any,
 ) -> None:
     """Write for each of N episodes the number of the first plan that flies it with success, or -1.
 

@@ -1,4 +1,4 @@
-"""Compiled torques of faulty wheels: what each can give in a step of a coarse grid of times, and how they share a sum."""
+"""Compiled torques of faulty wheels in a step of a coarse grid of times: their bounds, and how they share a sum."""
 
 import math
 from typing import Any

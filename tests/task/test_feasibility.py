@@ -27,7 +27,10 @@ def turn(angle, axis=(1.0, 0.0, 0.0)):
     return (math.cos(0.5 * angle), *(math.sin(0.5 * angle) * axis))
 
 
-def feasible(*listed, wheels=PYRAMID, attitude=turn(0.0), rate=(0.0,) * 3, momentum=0.0, **parts):
+AT_TARGET = turn(0.0)
+
+
+def feasible(*listed, wheels=PYRAMID, attitude=AT_TARGET, rate=(0.0,) * 3, momentum=0.0, **parts):
     scenario = Scenario(**{
         "name": "label",
         "spacecraft": Spacecraft(np.diag([10.0, 12.0, 14.0]), wheels),
