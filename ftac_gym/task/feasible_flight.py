@@ -26,8 +26,8 @@ from ftac_gym.task.feasible_torque import (
 from ftac_gym.utils.compiling import entry_point
 
 PLAN = np.dtype([("braking", "f8"), ("gyroscopic", "f8"), ("long_way", "f8")])
-"""One way to turn: share of the torque that braking uses, share of it that the gyroscopic torque may take, and 1.0 for
-the long way round."""
+"""One way to turn: the shares of the torque that braking uses and that the gyroscopic torque may take. ``long_way`` is
+1.0 for the long way round."""
 
 UNWINDING = 0.05
 """Rate at which wheels give up momentum that no torque needs [1/s]."""
