@@ -11,19 +11,17 @@ from ftac_gym.task.feasible_torque import (
     SIGNALS,
     add3,
     bounds,
-    compiled,
     cross3,
     dot3,
     inverse_symmetric,
     load_signals,
-    merged,
     multiple,
     quaternion_product,
     scaled3,
     share,
     symmetric_times,
 )
-from ftac_gym.utils.compiling import entry_point
+from ftac_gym.utils.compiling import called, entry_point, merged
 
 PLAN = np.dtype([("braking", "f8"), ("gyroscopic", "f8"), ("long_way", "f8")])
 """One way to turn: the shares of the torque that braking uses and that the gyroscopic torque may take. ``long_way`` is
@@ -47,7 +45,7 @@ def row(array: Any, k: int) -> Any:
     return array[k, 0], array[k, 1], array[k, 2]
 
 
-@compiled
+@called
 def in_body(q: Any, a: Any) -> Any:
     """Return a vector of the reference frame in body axes, for the attitude q of the body in that frame."""
     e = (q[1], q[2], q[3])
@@ -55,7 +53,7 @@ def in_body(q: Any, a: Any) -> Any:
     return add3(add3(a, -2.0 * q[0], c), 2.0, cross3(e, c))
 
 
-@compiled
+@called
 def external_torque(steady: Any, harmonics: Any, time: float) -> Any:
     """Return the disturbance at a time [N m], before any scaling with the rate."""
     torque = (steady.constant[0], steady.constant[1], steady.constant[2])
@@ -67,7 +65,7 @@ def external_torque(steady: Any, harmonics: Any, time: float) -> Any:
     return torque
 
 
-@compiled
+@called
 def plan_braking(
     k: int,
     along: Any,
@@ -101,7 +99,7 @@ def plan_braking(
         ways[m + 1] = ways[m] + 0.5 * (speeds[m] + speeds[m + 1])
 
 
-@compiled
+@called
 def safe_speed(k: int, step: float, angle: float, closing: float, braking: Any) -> float:
     """Return the largest closing speed at the end of step k [rad/s] from which braking ends within the angle [rad]."""
     speeds, ways, after = braking[0], braking[1], k + 1
@@ -127,7 +125,7 @@ def safe_speed(k: int, step: float, angle: float, closing: float, braking: Any) 
     return float(allowed)
 
 
-@compiled
+@called
 def flight(
     attitude: Any,
     rate: Any,

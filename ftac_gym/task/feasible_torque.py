@@ -4,11 +4,10 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from ftac_gym.dynamics import algebra
 from ftac_gym.dynamics.fault_signals import acts, bias_at, effectiveness_at, part_at
-from ftac_gym.utils.compiling import CONTRACT, merged
+from ftac_gym.utils.compiling import called, merged
 
 CAPACITY = np.dtype(
     [
@@ -25,9 +24,6 @@ DAMPING = 1e-7
 SIGNALS = 6
 """Numbers that tell the state of a wheel: effectiveness, bias [N m], 1.0 if locked, factors on the dry friction forward
 and backward, brake [N m]."""
-
-compiled = njit(error_model="numpy", fastmath=CONTRACT, no_cfunc_wrapper=True, no_cpython_wrapper=True)
-"""Decorator of a function that compiled ones call."""
 
 # Merged as machine code: inlined as statements, they would take twice as long to compile.
 add3, cross3, quaternion_product, symmetric_times = (
@@ -63,7 +59,7 @@ def inverse_symmetric(a: Any) -> Any:
     )
 
 
-@compiled
+@called
 def load_signals(i: int, faults: Any, switches: Any, step: float, signals: Any) -> None:
     """Write the state of each wheel of spacecraft i in the middle of each step [s], (steps, m, SIGNALS)."""
     for j in range(signals.shape[1]):
@@ -90,7 +86,7 @@ def load_signals(i: int, faults: Any, switches: Any, step: float, signals: Any) 
             signals[k, j, 3], signals[k, j, 4], signals[k, j, 5] = forward, backward, brake
 
 
-@compiled
+@called
 def bounds(signals: Any, capacity: Any, momentum: Any, step: float, braked: bool, low: Any, high: Any) -> None:
     """Write the least and the largest mean torque of each wheel over a step, (m,) [N m].
 
@@ -129,7 +125,7 @@ def bounds(signals: Any, capacity: Any, momentum: Any, step: float, braked: bool
         low[j], high[j] = min(max(least, bottom), top), max(min(largest, top), bottom)
 
 
-@compiled
+@called
 def multiple(normals: Any, across: Any, base: Any, torque: Any, low: Any, high: Any, reached: bool) -> float:
     """Return how many times a torque fits beside another one into the envelope of torques between two bounds.
 
@@ -160,7 +156,7 @@ def multiple(normals: Any, across: Any, base: Any, torque: Any, low: Any, high: 
     return times
 
 
-@compiled
+@called
 def share(axes: Any, wanted: Any, low: Any, high: Any, torque: Any, fixed: Any) -> Any:
     """Write torques between two bounds (m,) [N m] whose sum is nearest to the one wanted, and return the sum.
 

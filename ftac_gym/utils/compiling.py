@@ -37,6 +37,9 @@ merged = njit(forceinline=True, error_model="numpy", fastmath=CONTRACT, **_NO_CA
 It runs as fast as an inlined one. The order of its parameters can decide which products are fused in sums of products.
 """
 
+called = njit(error_model="numpy", fastmath=CONTRACT, **_NO_CALLS)
+"""Decorator of a large function that compiled ones call, as machine code of its own; not for Python to call."""
+
 
 class _StoredCode(FunctionCache):
     """Numba's compiled code on disk, without which a process only compiles anew.
