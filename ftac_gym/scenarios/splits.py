@@ -1,6 +1,7 @@
 """The other splits of the flagship: the same task, each with a difference that training does not have."""
 
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
+from typing import Any
 
 from ftac_gym.faults import (
     AttitudeSpike,
@@ -19,7 +20,10 @@ from ftac_gym.scenarios.flagship import DEGREE, ONSET, faults, flagship, sensors
 from ftac_gym.spacecraft import Friction, Spacecraft, WheelArray, catalogue, sign_pyramid
 from ftac_gym.task import InertiaUncertainty, LowOrbitTorque, Scenario
 
-SPLITS = ("flagship", *(f"flagship_{name}" for name in ("severe", "unseen", "double", "plant", "hardware")))
+SPLITS = (
+    "flagship",
+    *(f"flagship_{name}" for name in ("severe", "unseen", "double", "plant", "noise", "delay", "hardware")),
+)
 """The flagship and its splits, in the order of tables."""
 
 _WHEEL = catalogue.get("hr12-12")
@@ -71,17 +75,31 @@ def flagship_double() -> Scenario:
 
 
 def flagship_plant() -> Scenario:
-    """Return the split with an inertia uncertainty of 30 % instead of 10 %, and three times the sensor errors."""
-    usual = sensors()
-    worse = replace(
-        usual,
-        attitude_noise=3.0 * usual.attitude_noise,
-        rate_noise=3.0 * usual.rate_noise,
-        gyro_bias=(-3.0 * DEGREE / 3600.0, 3.0 * DEGREE / 3600.0),
-        gyro_bias_walk=3.0 * usual.gyro_bias_walk,
-    )
-    uncertainty = InertiaUncertainty(relative=0.3)
-    return flagship().replace(name="flagship_plant", inertia_uncertainty=uncertainty, sensors=worse)
+    """Return the split with an inertia uncertainty of 30 % instead of 10 %."""
+    return flagship().replace(name="flagship_plant", inertia_uncertainty=InertiaUncertainty(relative=0.3))
+
+
+def flagship_noise() -> Scenario:
+    """Return the split with three times the noise, the biases and the random walks of the sensors."""
+    return flagship().replace(name="flagship_noise", sensors=_noisier(sensors(), 3.0))
+
+
+def _noisier(part: Any, factor: float) -> Any:
+    """Return sensors, or a part of them, with their noise, biases and random walks times a factor."""
+    changes: dict[str, Any] = {}
+    for field in fields(part):
+        value = getattr(part, field.name)
+        if is_dataclass(value):
+            changes[field.name] = _noisier(value, factor)
+        elif any(word in field.name for word in ("noise", "bias", "walk")):
+            scaled = tuple(factor * bound for bound in value) if isinstance(value, tuple) else factor * value
+            changes[field.name] = scaled
+    return replace(part, **changes)
+
+
+def flagship_delay() -> Scenario:
+    """Return the split whose loop is one to four control periods later than it should be, constant in an episode."""
+    return flagship().replace(name="flagship_delay", extra_delay=(1, 4))
 
 
 def flagship_hardware() -> Scenario:

@@ -1,11 +1,14 @@
 """The splits of the flagship: the same task, each with what training does not show and nothing else."""
 
+import json
+
 import numpy as np
 import pytest
 
-from ftac_gym import scenarios
+from ftac_gym import Simulator, scenarios
 from ftac_gym.faults import FaultKind
 from ftac_gym.scenarios import SPLITS
+from ftac_gym.task.initial_state import InitialState
 
 COUNT = 300
 TRAINING = scenarios.get("flagship")
@@ -69,7 +72,19 @@ def test_double_affects_two_wheels_in_every_episode():
     assert np.all((double.faults["kind"] > 0).any(axis=2).sum(axis=1) == 2)
 
 
-def test_plant_is_less_certain_and_noisier():
+def differences(split):
+    """Return the fields in which a split differs from the flagship."""
+    ours, theirs = json.loads(scenarios.get(split).to_json()), json.loads(TRAINING.to_json())
+    return {name for name in ours.keys() | theirs.keys() if ours.get(name) != theirs.get(name)} - {"name"}
+
+
+def test_plant_noise_and_delay_have_one_difference_each():
+    assert differences("flagship_plant") == {"inertia_uncertainty"}
+    assert differences("flagship_noise") == {"sensors"}
+    assert differences("flagship_delay") == {"extra_delay"}
+
+
+def test_plant_is_less_certain():
     plant = scenarios.get("flagship_plant").draw(0, 2000)
 
     def spread(episodes):
@@ -77,11 +92,50 @@ def test_plant_is_less_certain_and_noisier():
         return (moments / np.diag(TRAINING.spacecraft.inertia_matrix)).std(axis=0)
 
     np.testing.assert_allclose(spread(plant) / spread(DRAWN), 3.0, rtol=0.1)
-    for name in ("attitude_noise", "rate_noise", "gyro_bias_walk"):
-        np.testing.assert_allclose(plant.sensors[name], 3.0 * DRAWN.sensors[name][0])
-    assert np.abs(plant.sensors["gyro_bias"]).max() == pytest.approx(
-        3.0 * np.abs(DRAWN.sensors["gyro_bias"]).max(), rel=0.01
-    )
+
+
+def test_noise_is_three_times_as_large_with_the_same_deviates():
+    noise = scenarios.get("flagship_noise").draw(0, 2000)
+    for name in noise.sensors.dtype.names:
+        factor = 3.0 if any(word in name for word in ("noise", "bias", "walk")) else 1.0
+        np.testing.assert_allclose(noise.sensors[name], factor * DRAWN.sensors[name], rtol=1e-9, err_msg=name)
+    assert (noise.sensors["gyro_bias"] != DRAWN.sensors["gyro_bias"]).any()
+
+
+def test_delay_is_one_to_four_control_periods_more_and_untold():
+    scenario = scenarios.get("flagship_delay")
+    assert scenario.loop_delay == TRAINING.loop_delay
+    extra = scenario.draw(0, 2000).extra_delay
+    values, counts = np.unique(extra, return_counts=True)
+    np.testing.assert_array_equal(values, [1, 2, 3, 4])
+    # Uniform: 500 of each, with a standard deviation of 19.
+    assert np.abs(counts - 500).max() < 80
+    assert not DRAWN.extra_delay.any()
+    np.testing.assert_array_equal(scenario.draw(0, 50).faults, TRAINING.draw(0, 50).faults)
+
+
+def test_delay_is_constant_within_an_episode():
+    """Commands of one spacecraft take effect the same number of periods after they are given, at any time."""
+    healthy = scenarios.get("flagship_delay").replace(
+        faults=None, disturbance=None, sensors=None, inertia_uncertainty=None,
+        initial_state=InitialState(angle=0.0, max_rate=0.0, wheel_momentum=0.0),
+    )  # fmt: skip
+    episodes, nominal = healthy.draw(3, 12), round(healthy.loop_delay / healthy.control_period)
+    simulator = Simulator(healthy, len(episodes))
+    simulator.reset(episodes)
+    given, applied = [], []
+    for step in range(40):
+        # Pulses of one period, with distances of 10 periods.
+        command = np.full((12, 4), 0.01 if step % 10 == 0 else 0.0)
+        before = simulator.state.wheel_momentum.copy()
+        simulator.step(command)
+        given.append(command[:, 0])
+        applied.append((before - simulator.state.wheel_momentum)[:, 0] / healthy.control_period)
+    for spacecraft, extra in enumerate(episodes.extra_delay):
+        lag = nominal + int(extra)
+        late = np.concatenate([np.zeros(lag), np.array(given)[: 40 - lag, spacecraft]])
+        np.testing.assert_allclose(np.array(applied)[:, spacecraft], late, atol=1e-12)
+    assert len(set(episodes.extra_delay.tolist())) > 1
 
 
 def test_hardware_has_real_wheels_and_a_real_environment():

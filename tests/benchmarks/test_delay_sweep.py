@@ -1,0 +1,85 @@
+"""The sweep of the loop delay, on two short episodes."""
+
+import csv
+from dataclasses import replace
+
+import delay_sweep as script
+import numpy as np
+import pytest
+
+from ftac_gym import scenarios
+from ftac_gym.evaluation import rollout
+
+TASK = scenarios.get("flagship").replace(duration=4.0, loop_delay=0.1)
+EPISODES = replace(TASK.draw(0, 2), feasible=np.ones(2, dtype=bool))
+
+
+@pytest.fixture(scope="module")
+def points():
+    return script.sweep(TASK, ["pd", "pd_dob"], [0, 1, 3], EPISODES)
+
+
+@pytest.mark.parametrize("delay", range(6))
+def test_a_told_delay_is_in_the_scenario(delay):
+    task = script.told(TASK, delay)
+    assert task.loop_delay == pytest.approx(0.1 * delay) and task.extra_delay == 0
+
+
+def test_untold_delays_fly_side_by_side():
+    task, episodes = script.untold(TASK, EPISODES, [1, 2, 5])
+    assert task.loop_delay == 0.1 and task.extra_delay == (0, 4)
+    assert episodes.extra_delay.tolist() == [0, 0, 1, 1, 4, 4]
+    np.testing.assert_array_equal(episodes.faults, np.tile(EPISODES.faults, (3, 1, 1)))
+
+
+def test_what_cannot_be_untold_is_refused():
+    with pytest.raises(ValueError, match=r"delays must be at least the usual one if they are untold, got \[0, 2\]"):
+        script.untold(TASK, EPISODES, [0, 2])
+    with pytest.raises(ValueError, match=r"loop_delay must be a multiple of the control period, got 0\.06"):
+        script.untold(TASK.replace(loop_delay=0.06), EPISODES, [3])
+
+
+def test_every_policy_flies_every_delay_told_and_longer_ones_untold(points):
+    for policy in ("pd", "pd_dob"):
+        found = [(point.delay, point.told) for point in points if point.policy == policy]
+        assert found == [(0, True), (1, True), (3, True), (3, False)]
+    assert all(point.episodes == 2 and 0.0 <= point.estimates["availability"].value <= 1.0 for point in points)
+
+
+def test_only_an_observer_makes_use_of_a_told_delay():
+    """Without an observer the commands are the same; a disturbance observer takes a late command for a torque."""
+    untold = script.untold(TASK, EPISODES, [3])
+    for policy, same in (("pd", True), ("pd_dob", False)):
+        told = rollout(script.told(TASK, 3), policy, EPISODES)
+        assert np.array_equal(told.command, rollout(untold[0], policy, untold[1]).command) is same
+
+
+def test_points_are_of_their_own_delay(points):
+    """Side by side or alone, an episode is the same."""
+    for delay in (1, 3):
+        task, episodes = script.untold(TASK, EPISODES, [delay])
+        expected = rollout(task, "pd_dob", episodes).metrics()["availability"].mean()
+        found = [p for p in points if p.policy == "pd_dob" and p.delay == delay and p.told is (delay == 1)]
+        assert [p.estimates["availability"].value for p in found] == pytest.approx([expected])
+
+
+def test_table_and_figure(points):
+    rows = script.table(points)
+    assert rows[0][:6] == ["policy", "delay", "told", "episodes", "availability", "availability_low"]
+    assert [row[0] for row in rows[1:]] == ["pd"] * 4 + ["pd_dob"] * 4 and {len(row) for row in rows} == {10}
+    chart = script.drawn(points, 1)
+    chart.draw_without_rendering()
+    availability, success = chart.axes
+    assert [panel.get_title(loc="left") for panel in chart.axes] == ["availability", "success"]
+    assert availability.get_xticks().tolist() == [0, 1, 3] and success.get_ylim()[1] >= 1.0
+
+
+def test_the_program_writes_both_files(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(script, "judging_episodes", lambda task, count, kind: EPISODES)
+    monkeypatch.setattr(script.scenarios, "get", lambda name: TASK)
+    script.main(script.Config(policies=("pd",), delays=(1, 2), episodes=2, output=tmp_path))
+    with (tmp_path / "delay_sweep.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["delay"], row["told"]) for row in rows] == [("1", "yes"), ("2", "yes"), ("2", "no")]
+    assert (tmp_path / "delay_sweep.png").read_bytes().startswith(b"\x89PNG")
+    assert capsys.readouterr().out.splitlines()[0].split()[:4] == ["policy", "delay", "told", "episodes"]
