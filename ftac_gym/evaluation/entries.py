@@ -55,7 +55,7 @@ class Entry:
 
     @property
     def role(self) -> str:
-        """``"policy"``, or ``"oracle"`` if the truth about the faults is among its inputs: a reference, no competitor."""
+        """``"policy"``, or ``"oracle"`` if the truth about the faults is an input: a reference, no competitor."""
         return "oracle" if self.tier == "oracle" else "policy"
 
 

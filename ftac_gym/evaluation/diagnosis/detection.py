@@ -28,8 +28,8 @@ DETECTION = np.dtype(
 )
 """One fault of a wheel.
 
-``watched`` is the time from its onset to its end or that of the flight [s], and ``delay`` that to the first new alarm [s],
-NaN for a missed fault. ``named`` is the wheel that the alarms name.
+``watched`` is the time from its onset to its end or that of the flight [s], and ``delay`` that to the first new alarm
+[s], NaN for a missed fault. ``named`` is the wheel that the alarms name.
 """
 
 Detections = npt.NDArray[np.void]
