@@ -165,16 +165,22 @@ class FaultDistribution:
         )
 
     def random_part(self, drawn: DrawnFaults) -> DrawnFaults:
-        """Return drawn tables without the faults that are always there."""
-        sensors = drawn.sensors.shape[1] - sum(isinstance(fault, SensorFault) for fault in self.always)
-        layers = 1 if self.always else drawn.wheels.shape[2]
-        return drawn._replace(wheels=drawn.wheels[:, :, :layers], sensors=drawn.sensors[:, :sensors])
+        """Return tables without the faults that are always there; tables of another source as they are."""
+        others = sum(isinstance(fault, SensorFault) for fault in self.always)
+        shape = 1 + self._schedule.layers(), self._sensor_slots + others
+        if not self.always or (drawn.wheels.shape[2], drawn.sensors.shape[1]) != shape:
+            return drawn
+        return drawn._replace(wheels=drawn.wheels[:, :, :1], sensors=drawn.sensors[:, : self._sensor_slots])
+
+    @property
+    def _sensor_slots(self) -> int:
+        """Largest number of random faults of the sensors."""
+        return self.slots if any(isinstance(fault, SensorFault) for fault in self.kinds) else 0
 
     def _draw_random(self, uniform: FloatArray, switching: FloatArray, torque_limits: FloatArray) -> DrawnFaults:
         count, wheels = len(uniform), len(torque_limits)
         table = no_faults(count, wheels)
-        sensed = any(isinstance(fault, SensorFault) for fault in self.kinds)
-        sensors = no_sensor_faults(count, self.slots if sensed else 0)
+        sensors = no_sensor_faults(count, self._sensor_slots)
         chances = switching.reshape(count, -1, FLIPS)
         switches = np.zeros_like(chances)
         numbers = np.searchsorted(np.cumsum(self.fault_counts), uniform[:, 0], side="right")

@@ -25,6 +25,7 @@ from ftac_gym.faults import (
     StarTrackerOutage,
 )
 from ftac_gym.task import Scenario
+from ftac_gym.task.fitting import fitted
 
 FLAGSHIP = scenarios.get("flagship")
 KINDS = (Outage(onset=(1.0, 9.0)), IntermittentShutdown(onset=2.0), AttitudeSpike(onset=3.0, duration=1.0))
@@ -96,6 +97,10 @@ def test_classes_are_those_of_the_random_faults():
     np.testing.assert_array_equal(classes == "always-on only", before == "healthy")
     np.testing.assert_array_equal(classes[before != "healthy"], before[before != "healthy"])
     assert ordered(classes)[0] == "always-on only"
+    # Episodes of another source are classed by all of their faults.
+    source = FaultSchedule((Outage(wheel=0), Outage(wheel=1)))
+    others = fitted(drawn(source, count=2), FLAGSHIP.replace(faults=BOTH))
+    assert fault_classes(others).tolist() == ["2 faults"] * 2
 
 
 def test_the_first_onset_is_that_of_a_fault_that_begins_in_the_episode():
