@@ -79,7 +79,7 @@ def test_bounds_add_up():
 
 
 def test_the_label_knows_the_sum():
-    half, whole = (Disturbance((size, 0.0, 0.0)) for size in (0.08, 0.16))
+    half, whole = (Disturbance((size, 0.0, 0.0)) for size in (0.15, 0.3))  # of 27.7 N m s, they need 18 and 36
     both = CALM.replace(duration=120.0, disturbance=(half, half)).draw(0, 50)
     one = CALM.replace(duration=120.0, disturbance=whole).draw(0, 50)
     np.testing.assert_array_equal(both.feasible, one.feasible)
