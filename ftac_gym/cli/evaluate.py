@@ -18,6 +18,7 @@ For example:
     ftac-evaluate --policies runs/my_run/agent agent pd_dob --reference agent
     ftac-evaluate --policies my_module:my_policy "sb3:model.zip hold=5" pd_dob
     ftac-evaluate --policies runs/one/agent runs/two/agent pd_dob --episodes-of validation
+    ftac-evaluate --policies "nftsm_observer tuned" nftsm_telemetry pd_dob --diagnosis
     ftac-evaluate --seed 3 --episodes 100
     ftac-evaluate --scenario my_satellite.json --policies pd_dob "pd_dob runs/tuning/my_satellite/pd_dob/gains.json"
 """
@@ -34,6 +35,7 @@ from rich.console import Console
 from ftac_gym import baselines
 from ftac_gym.agents.shipped import designs
 from ftac_gym.baselines import tuned
+from ftac_gym.cli.diagnosis import diagnosed, estimating
 from ftac_gym.cli.tasks import is_own, scenario_of, short_name
 from ftac_gym.evaluation import Evaluation, evaluate, tabulate
 from ftac_gym.evaluation.batches import FlightError
@@ -57,6 +59,7 @@ REFUSED = {
         "count_infeasible": "its episodes are labelled, and infeasible ones are counted apart",
         "seed": "its episodes are the frozen ones",
         "detail": "its report has commands that draw single episodes",
+        "diagnosis": "its report has none: a comparison without it has",
     },
     False: {"backend": "one process flies a comparison", "workers": "one process flies a comparison"},
 }
@@ -100,6 +103,9 @@ class Config:
     """Seed of the episodes, instead of those of --episodes-of."""
     detail: int | None = None
     """Episode to draw in detail; by default the first feasible one with the onset of a bias on target."""
+    diagnosis: bool = False
+    """Judge the estimates of the faults too: detection delay, isolation, false alarms and errors. Policies that have
+    estimates fly the episodes of the scenario once more for it."""
     output: Path = Path("results")
     """Folder for the results; each scenario has a folder in it, or in the folder "tuned" in it with tuned gains."""
 
@@ -288,11 +294,12 @@ def main(config: Config) -> None:
     flown = resolved(config)
     if config.reference not in flown:
         raise SystemExit(f"--reference: {config.reference!r} is not among the policies {list(flown)}")
+    judged, without = estimating(flown, scenario_of(config.scenario)) if config.diagnosis else ({}, [])
     drawn, scenario = all_drawn(config), short_name(config.scenario)
     episodes = drawn[scenario]
     if config.detail is not None and not 0 <= config.detail < len(episodes):
         raise SystemExit(f"--detail: {config.detail} is none of the {len(episodes)} episodes")
-    lines = origin(config, drawn)
+    lines = [*origin(config, drawn), *without]
     console.print("\n".join(lines))
     evaluations, failures = run(config, flown, drawn, console)
     flown = {item.policy: flown[item.policy] for item in evaluations[scenario]}
@@ -306,8 +313,12 @@ def main(config: Config) -> None:
     found = tables(evaluations, rows, shown, config.reference, "all" if config.count_infeasible else "feasible")
     # A narrower table of many policies would cut off the kinds of faults.
     wide = Console(width=max(console.width, 130, 60 + 18 * len(flown)))
-    for title, cells in found.items():
-        show_table(wide, cells, title)
+    for title, table in found.items():
+        show_table(wide, table, title)
+    judged = {name: policy for name, policy in judged.items() if name in flown}
+    cells, files = diagnosed(judged, scenario_of(config.scenario), episodes, console)
+    for title, table in cells.items():
+        show_table(wide, table, title)
     console.print("figures ...")
     with one_line_warnings(partial(print_line, console)):
         figures = drawings(
@@ -316,8 +327,9 @@ def main(config: Config) -> None:
         )  # fmt: skip
     with exit_on(ValueError, prefix="--output: "):
         report = write_comparison(
-            config.reports, evaluations, rows, drawn, [*lines, *left_out(failures)], found, figures
+            config.reports, evaluations, rows, drawn, [*lines, *left_out(failures)], {**found, **cells}, figures, files
         )
     pictures = ", ".join(f"{name}.png" for name in figures)
-    console.print(f"wrote {report}, {pictures}, and episodes.csv and summary.csv for each scenario")
+    tables_of_faults = "".join(f", {name}.csv" for name in files)
+    console.print(f"wrote {report}, {pictures}{tables_of_faults}, and episodes.csv and summary.csv for each scenario")
     end(failures)

@@ -12,8 +12,11 @@ from ftac_gym.evaluation.rows import Row, fault_classes
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.utils.files import replacing, write_text
 
+CsvRows = Iterable[Sequence[Any]]
+"""Rows of a CSV file, the headings first."""
 
-def write_rows(path: Path, rows: Iterable[Sequence[Any]]) -> None:
+
+def write_rows(path: Path, rows: CsvRows) -> None:
     """Write a CSV file."""
     text = io.StringIO(newline="")
     csv.writer(text).writerows(rows)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from matplotlib.figure import Figure
 
 from ftac_gym.evaluation import Evaluation, Row, fault_classes, rollout
-from ftac_gym.evaluation.files import write_episodes, write_figure, write_summary
+from ftac_gym.evaluation.files import CsvRows, write_episodes, write_figure, write_rows, write_summary
 from ftac_gym.evaluation.tables import Cells, kind_table, markdown, metric_tables, split_table
 from ftac_gym.plots import episode as draw_episode
 from ftac_gym.plots import error_bands, prescribed_bound
@@ -128,6 +128,7 @@ def write_comparison(
     lines: Sequence[str],
     cells: Mapping[str, Cells],
     figures: Mapping[str, Drawing],
+    files: Mapping[str, CsvRows] | None = None,
 ) -> Path:
     """Write CSV files into a folder for each scenario, figures and report into that of the first; return the last.
 
@@ -143,6 +144,8 @@ def write_comparison(
         Origin of the numbers, one item each.
     cells, figures
         As :func:`tables` and :func:`drawings` return them.
+    files
+        Rows of further CSV files of the first scenario, by name.
 
     Raises
     ------
@@ -163,6 +166,8 @@ def write_comparison(
         for scenario, items in evaluations.items():
             write_episodes(folder / scenario / "episodes.csv", items, episodes[scenario])
             write_summary(folder / scenario / "summary.csv", rows[scenario])
+        for name, lines_of_file in (files or {}).items():
+            write_rows(folder / main / f"{name}.csv", lines_of_file)
         for name, drawing in figures.items():
             write_figure(folder / main / f"{name}.png", drawing.figure, drawing.resolution)
         report = folder / main / "report.md"

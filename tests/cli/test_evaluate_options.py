@@ -1,9 +1,13 @@
 """Evaluation from the command line: options without an effect, policies that fail, folders that others use."""
 
+import csv
+
 import pytest
 from helpers.scripts import module_of
 from matplotlib.figure import Figure
 
+from ftac_gym import scenarios
+from ftac_gym.evaluation import diagnose
 from ftac_gym.report import comparison
 from ftac_gym.utils.files import locked
 
@@ -39,6 +43,12 @@ def no_gallery(monkeypatch):
         ({"benchmark": True, "gains": "tuned"}, "--gains has no effect with --benchmark: "),
         ({"benchmark": True, "seed": 3}, "--seed has no effect with --benchmark: "),
         ({"benchmark": True, "detail": 0}, "--detail has no effect with --benchmark: "),
+        ({"benchmark": True, "diagnosis": True}, "--diagnosis has no effect with --benchmark: "),
+        (
+            {"diagnosis": True, "policies": ("pd", "nftsm_oracle"), "seed": 3},
+            "--diagnosis: none of the policies has estimates to judge\n"
+            "no diagnosis: policy must estimate faults .*'pd'\nno diagnosis: .*measurements.*'nftsm_oracle'",
+        ),
         ({"benchmark": True, "count_infeasible": True}, "--count-infeasible has no effect with --benchmark: "),
         ({"benchmark": True, "episodes": 501}, r"--episodes: feasible must be within \[1, 500\], got 501"),
         ({"benchmark": True, "splits": (), "reference": "nftsm"}, "--benchmark: reference must be one of"),
@@ -87,3 +97,24 @@ def test_reports_of_two_processes_are_not_mixed(script, no_gallery, tmp_path, mo
     assert [item.name for item in (tmp_path / "flagship").iterdir()] == ["batches"]
     script.main(config)
     assert (tmp_path / "flagship" / "report.md").exists()
+
+
+def test_a_diagnosis_is_of_the_policies_that_estimate(script, no_gallery, tmp_path, capsys):
+    policies = ("pd", "pd_dob", "nftsm_telemetry")
+    script.main(
+        script.Config(policies=policies, episodes=3, seed=3, splits=(), output=tmp_path, diagnosis=True, reference="pd")
+    )
+    shown, folder = capsys.readouterr().out, tmp_path / "flagship"
+    assert "diagnosis of faults" in shown and "diagnosis.csv" in shown
+    report = (folder / "report.md").read_text()
+    assert "| measure | pd_dob | nftsm_telemetry |" in report
+    assert "- no diagnosis: policy must estimate faults to be judged by a diagnosis, got 'pd'" in report
+    found = diagnose("flagship", "pd_dob", scenarios.frozen.draw_feasible(scenarios.get("flagship"), 3, 3))
+    with (folder / "diagnosis.csv").open() as file:
+        rows = [row for row in csv.DictReader(file) if row["policy"] == "pd_dob" and row["faults"] == "all"]
+    written = {row["measure"]: float(row["value"] or "nan") for row in rows}
+    for name, value in found.estimates().items():
+        assert written[name] == pytest.approx(value.value, rel=1e-5, nan_ok=True), name
+    with (folder / "diagnosed_faults.csv").open() as file:
+        faults = list(csv.DictReader(file))
+    assert [row["policy"] for row in faults].count("pd_dob") == len(found.detections)

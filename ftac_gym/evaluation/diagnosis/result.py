@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -99,7 +100,7 @@ class Diagnosis:
         for part, sums in self.errors.items():
             mean = _plain(float(sums.estimated.sum()), float(sums.number.sum()))
             root = float(np.sqrt(mean.value))
-            measures[f"{part}_error"] = Estimate(root, root, root, mean.count, mean.count, mean.count)
+            measures[f"{part}_error"] = replace(mean, value=root)
         return measures
 
     @property
@@ -125,8 +126,8 @@ class Diagnosis:
 
 def _plain(part: float, whole: float) -> Estimate:
     """Return a ratio without an interval; its count is the whole, rounded."""
-    ratio = part / whole if whole > 0.0 else float("nan")
-    return Estimate(ratio, ratio, ratio, round(whole), round(whole), round(whole))
+    unknown = float("nan")
+    return Estimate(part / whole if whole > 0.0 else unknown, unknown, unknown, *(round(whole),) * 3)
 
 
 def diagnosis_table(diagnoses: Sequence[Diagnosis]) -> Cells:
@@ -149,7 +150,7 @@ def kinds_table(diagnoses: Sequence[Diagnosis]) -> Cells:
         row = [label_of(kind), str(measures[0]["detected"].total)]
         for found in measures:
             isolated = found.get("isolated")
-            named = "" if isolated is None else f", {_share(isolated)} isolated"
+            named = "" if isolated is None or not isolated.total else f", {_share(isolated)} isolated"
             delay = found["detection_delay"].value
             median = "" if np.isinf(delay) else f", {short(delay)} s"
             row.append(f"{_share(found['detected'])}{median}{named}")
@@ -157,24 +158,29 @@ def kinds_table(diagnoses: Sequence[Diagnosis]) -> Cells:
     return cells
 
 
-def diagnosis_rows(diagnoses: Sequence[Diagnosis]) -> list[list[object]]:
-    """Return rows for a CSV file, headings first: every measure of every policy, for all faults and by kind."""
-    rows: list[list[object]] = [["policy", "faults", "measure", "unit", "value", "low", "high", "defined", "total"]]
+def diagnosis_rows(diagnoses: Sequence[Diagnosis]) -> list[list[Any]]:
+    """Return rows for a CSV file, headings first: every measure of every policy, for all faults and by kind.
+
+    Values that are not defined are empty; a median delay that is not reached is ``inf``.
+    """
+    rows: list[list[Any]] = [["policy", "faults", "measure", "unit", "value", "low", "high", "defined", "total"]]
     for item in diagnoses:
         groups = {"all": item.estimates(), **{label_of(kind): item.estimates(kind) for kind in item.kinds}}
         for faults, measures in groups.items():
             for name, value in measures.items():
-                numbers = [value.value, value.low, value.high, value.defined, value.total]
-                rows.append([item.policy, faults, name, MEASURES[name], *numbers])
+                numbers = [
+                    "" if np.isnan(number) else f"{number:.6g}" for number in (value.value, value.low, value.high)
+                ]
+                rows.append([item.policy, faults, name, MEASURES[name], *numbers, value.defined, value.total])
     return rows
 
 
-def detection_rows(diagnoses: Sequence[Diagnosis]) -> list[list[object]]:
+def detection_rows(diagnoses: Sequence[Diagnosis]) -> list[list[Any]]:
     """Return rows for a CSV file, headings first: one for each fault and policy."""
-    rows: list[list[object]] = [["policy", "episode", "fault", "wheel", "onset", "watched", "delay", "named"]]
+    rows: list[list[Any]] = [["policy", "episode", "fault", "wheel", "onset", "watched", "delay", "named"]]
     for item in diagnoses:
         for fault in item.detections:
-            values = [f"{fault[name]:.6g}" for name in ("onset", "watched", "delay")]
+            values = ["" if np.isnan(fault[name]) else f"{fault[name]:.6g}" for name in ("onset", "watched", "delay")]
             rows.append(
                 [item.policy, fault["episode"], label_of(int(fault["kind"])), fault["wheel"], *values, fault["named"]]
             )
