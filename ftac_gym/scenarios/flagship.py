@@ -19,13 +19,26 @@ from ftac_gym.faults import (
     Outage,
 )
 from ftac_gym.spacecraft import Spacecraft, WheelArray
-from ftac_gym.task import Disturbance, Harmonic, InertiaUncertainty, InitialState, MRPSinusoid, Scenario, SensorErrors
+from ftac_gym.task import (
+    Disturbance,
+    Gyro,
+    Harmonic,
+    InertiaUncertainty,
+    InitialState,
+    MRPSinusoid,
+    Scenario,
+    SensorSuite,
+    StarTracker,
+    WheelTelemetry,
+)
 
 ONSET = (2.0, 80.0)
 """Onsets of faults [s]: during the slew, during settling, during fine pointing."""
 
 DEGREE = math.pi / 180.0
-DEGREE_PER_HOUR = DEGREE / 3600.0
+
+CONTROL_PERIOD = 0.1
+"""Control period and loop delay [s]: a command takes effect when the next measurement is taken."""
 
 
 def spacecraft() -> Spacecraft:
@@ -65,14 +78,16 @@ def disturbance() -> Disturbance:
     return Disturbance((constant,) * 3, (Harmonic((swing,) * 3, frequency=(1e-3, 0.02), phase=(phase,) * 3),))
 
 
-def sensors() -> SensorErrors:
-    """Return star tracker and gyros."""
-    return SensorErrors(
-        attitude_noise=0.005 * DEGREE,
-        rate_noise=5e-4 * DEGREE,
-        gyro_bias=(-1.0 * DEGREE_PER_HOUR, 1.0 * DEGREE_PER_HOUR),
-        gyro_bias_walk=1e-8,
-    )
+def sensors() -> SensorSuite:
+    """Return star tracker, gyros and tachometers, with errors that data sheets of small spacecraft's units give."""
+    return SensorSuite(
+        star_tracker=StarTracker(rate=5.0, latency=0.15, cross_noise=6.0, boresight_noise=40.0),
+        gyro=Gyro(
+            angle_random_walk=0.01, rate_random_walk=0.12, bias=(-1.0, 1.0), scale_factor=(-100.0, 100.0),
+            misalignment=(0.0, 0.02),
+        ),
+        wheels=WheelTelemetry(noise=5e-4),
+    )  # fmt: skip
 
 
 def flagship() -> Scenario:
@@ -85,7 +100,8 @@ def flagship() -> Scenario:
         disturbance=disturbance(),
         sensors=sensors(),
         inertia_uncertainty=InertiaUncertainty(relative=0.1),
-        control_period=0.1,
+        control_period=CONTROL_PERIOD,
+        loop_delay=CONTROL_PERIOD,
         physics_step=0.02,
         duration=120.0,
         tumble_rate=0.5,

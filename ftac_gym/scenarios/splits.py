@@ -108,9 +108,10 @@ def flagship_hardware() -> Scenario:
     The wheels are the catalogue's HR12 of 12 N m s. Their lag of 30 ms and power limit of 60 W are chosen.
     """
     wheels = _WHEEL.array(sign_pyramid(), lag=0.03, power_limit=60.0)
+    usual = sensors()
     return flagship().replace(
         name="flagship_hardware",
         spacecraft=_with_wheels(wheels),
-        sensors=replace(sensors(), gyro_misalignment=0.1 * DEGREE),
+        sensors=replace(usual, gyro=replace(usual.gyro, misalignment=0.1)),
         disturbance=LowOrbitTorque(),
     )
