@@ -1,11 +1,11 @@
 """Tune the gains of a baseline with CMA-ES on the training split, for availability, success or return.
 
-The objective is the mean of a metric over the feasible episodes; availability is the share of control periods on
-target. The search covers the ranges that the baseline declares for its gains. A study lies in a folder and continues
-where it stopped if the same command is given again; a larger number of trials extends it. The program prints the best
-gains, and their results on validation episodes, which the search does not use. It writes them to gains.json in the
-folder, which is a set of gains for every program: ftac-evaluate --policies "pd_dob runs/tuning/pd_dob/gains.json". With
---store, in a checkout, they become the baseline's tuned gains.
+The objective is the mean of a metric over all episodes, infeasible ones included. Availability is the share of control
+periods on target. The search covers the ranges that the baseline declares for its gains. A study lies in a folder and
+continues where it stopped if the same command is given again; a larger number of trials extends it. The program prints
+the best gains, and their results on validation episodes, which the search does not use. It writes them to gains.json in
+the folder, which is a set of gains for every program: ftac-evaluate --policies "pd_dob runs/tuning/pd_dob/gains.json".
+With --store, in a checkout, they become the baseline's tuned gains.
 
 For example:
 
@@ -51,7 +51,7 @@ class Config:
     trials: int = 300
     """Budget: number of gains that are flown in all, those of an earlier call included."""
     episodes: int = 300
-    """Episodes that all of them fly, of which the feasible ones count."""
+    """Episodes that all of them fly."""
     seed: int = 800_000
     """Seed of those episodes."""
     sampler_seed: int = 0

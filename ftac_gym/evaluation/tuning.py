@@ -51,7 +51,7 @@ class Result:
     gains
         The best gains.
     value
-        Their mean objective over the feasible episodes of the search.
+        Their mean objective over the episodes of the search.
     """
 
     search: Search = field(repr=False)
@@ -152,7 +152,7 @@ def store(
     commit
         Git commit of the code, or None.
     validation
-        Value by name of the gains, over the feasible episodes of the validation.
+        Value by name of the gains, over the episodes of the validation.
     path
         The file, whose path is then the name of the gains; by default that of the package for ``gains="tuned"``.
 

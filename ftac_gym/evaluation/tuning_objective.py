@@ -1,4 +1,4 @@
-"""Objectives of the tuner: means of a metric over the feasible episodes of a search, by the gains of a baseline."""
+"""Objectives of the tuner: means of a metric over the episodes of a search, by the gains of a baseline."""
 
 from __future__ import annotations
 
@@ -33,8 +33,7 @@ FAILED = -math.inf
 class Search:
     """A baseline to tune, with the objective and the episodes to tune it on.
 
-    Infeasible episodes do not count: what gains achieve there depends mostly on the initial state. They would add
-    scatter to every value, and little to the ranking.
+    Episodes that are labelled infeasible count too. Gains then do not depend on the rule of the label.
 
     Parameters
     ----------
@@ -43,19 +42,19 @@ class Search:
     scenario
         The task.
     episodes
-        Episodes that all gains fly, of which the feasible ones count.
+        Episodes that all gains fly.
     seed
         Seed of those episodes; not one that is reserved for frozen episodes.
     sampler_seed
         Seed of CMA-ES.
     objective
-        One of :data:`OBJECTIVES`, whose mean over the feasible episodes is the value of gains.
+        One of :data:`OBJECTIVES`, whose mean over the episodes is the value of gains.
 
     Raises
     ------
     ValueError
         If the baseline is unknown, has fewer than two gains to search or does not fit the scenario. If the objective is
-        unknown, the seed is reserved, no episode is feasible, or too few are for a validation.
+        unknown, the seed is reserved, or too few episodes are feasible for a validation.
     """
 
     baseline: str
@@ -72,8 +71,6 @@ class Search:
         baselines.make(self.baseline, self.scenario)
         require(self.episodes > 0, "episodes", "must be positive", self.episodes)
         frozen.check_free(self.seed)
-        feasible = bool(self.training().feasible.any())
-        require(feasible, "episodes", "must have a feasible one among them", self.episodes)
         self.validation()
 
     def training(self) -> Episodes:
@@ -144,16 +141,16 @@ def _validation(scenario: str, feasible: int) -> Episodes:
 
 
 def fly(search: Search, gains: Mapping[str, Any], episodes: Episodes | None = None) -> Metrics:
-    """Return the metrics of gains over the feasible episodes among those given, by default those of the search.
+    """Return the metrics of gains over the episodes given, by default those of the search.
 
     Empty gains are the baseline's own.
     """
     episodes = search.training() if episodes is None else episodes
-    return rollout(search.scenario, DeferredBaseline(search.baseline, **gains), episodes).feasible_metrics()
+    return rollout(search.scenario, DeferredBaseline(search.baseline, **gains), episodes).metrics()
 
 
 def value_of(search: Search, gains: Mapping[str, Any]) -> float:
-    """Return the mean objective of gains over the feasible episodes; :data:`FAILED` if they cannot be flown."""
+    """Return the mean objective of gains over the episodes; :data:`FAILED` if they cannot be flown."""
     try:
         # Extreme gains may overflow: that is a valid result of a trial.
         with np.errstate(all="ignore"):
