@@ -78,16 +78,24 @@ def disturbance() -> Disturbance:
     return Disturbance((constant,) * 3, (Harmonic((swing,) * 3, frequency=(1e-3, 0.02), phase=(phase,) * 3),))
 
 
+def gyro() -> Gyro:
+    """Return the gyros: like those of a small fibre-optic unit."""
+    return Gyro(
+        angle_random_walk=0.01,
+        rate_random_walk=0.12,
+        bias=(-1.0, 1.0),
+        scale_factor=(-100.0, 100.0),
+        misalignment=(0.0, 0.02),
+    )
+
+
 def sensors() -> SensorSuite:
     """Return star tracker, gyros and tachometers, with errors that data sheets of small spacecraft's units give."""
     return SensorSuite(
         star_tracker=StarTracker(rate=5.0, latency=0.15, cross_noise=6.0, boresight_noise=40.0),
-        gyro=Gyro(
-            angle_random_walk=0.01, rate_random_walk=0.12, bias=(-1.0, 1.0), scale_factor=(-100.0, 100.0),
-            misalignment=(0.0, 0.02),
-        ),
+        gyro=gyro(),
         wheels=WheelTelemetry(noise=5e-4),
-    )  # fmt: skip
+    )
 
 
 def flagship() -> Scenario:

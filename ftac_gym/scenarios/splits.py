@@ -16,7 +16,7 @@ from ftac_gym.faults import (
     Seizure,
     StarTrackerOutage,
 )
-from ftac_gym.scenarios.flagship import DEGREE, ONSET, faults, flagship, sensors, spacecraft
+from ftac_gym.scenarios.flagship import DEGREE, ONSET, faults, flagship, gyro, sensors, spacecraft
 from ftac_gym.spacecraft import Friction, Spacecraft, WheelArray, catalogue, sign_pyramid
 from ftac_gym.task import InertiaUncertainty, LowOrbitTorque, Scenario
 
@@ -108,10 +108,9 @@ def flagship_hardware() -> Scenario:
     The wheels are the catalogue's HR12 of 12 N m s. Their lag of 30 ms and power limit of 60 W are chosen.
     """
     wheels = _WHEEL.array(sign_pyramid(), lag=0.03, power_limit=60.0)
-    usual = sensors()
     return flagship().replace(
         name="flagship_hardware",
         spacecraft=_with_wheels(wheels),
-        sensors=replace(usual, gyro=replace(usual.gyro, misalignment=0.1)),
+        sensors=replace(sensors(), gyro=replace(gyro(), misalignment=0.1)),
         disturbance=LowOrbitTorque(),
     )
