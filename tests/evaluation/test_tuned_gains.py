@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from helpers.tuning_cases import SEARCH, TINY
 
-from ftac_gym import baselines
+from ftac_gym import baselines, scenarios
 from ftac_gym.baselines import tuned
 from ftac_gym.baselines.controllers.pd import PD
 from ftac_gym.evaluation import rollout, tuning
@@ -36,6 +36,17 @@ def test_stored_gains_are_data_with_their_provenance(tmp_path, monkeypatch):
     named = rollout(TINY, DeferredBaseline("pd", gains="tuned"), seed=1, count=2)
     np.testing.assert_array_equal(named.command, explicit.command)
     assert (named.command != rollout(TINY, "pd", seed=1, count=2).command).any()
+
+
+@pytest.mark.parametrize("name", tuned.names())
+def test_the_stored_gains_of_any_version_load(name):
+    record = tuned.record(name)
+    provenance = record["provenance"]
+    # Files of 0.1 have the mean return, which was the only objective.
+    value = provenance["value"] if "objective" in provenance else provenance["mean_return"]
+    assert np.isfinite(value) and provenance["baseline"] == name
+    scenario = scenarios.get(provenance["scenario"])
+    assert baselines.make(name, scenario, gains="tuned").gains is not None
 
 
 def test_the_fingerprint_of_tuned_gains_is_what_they_are(tmp_path, monkeypatch):
