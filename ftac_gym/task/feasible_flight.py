@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from ftac_gym.dynamics import algebra, fault_signals
-from ftac_gym.task import feasible_torque
+from ftac_gym.task import feasible_foresight, feasible_torque
+from ftac_gym.task.feasible_foresight import prepare, succeeds
 from ftac_gym.task.feasible_torque import (
     SIGNALS,
     add3,
@@ -23,9 +24,9 @@ from ftac_gym.task.feasible_torque import (
 )
 from ftac_gym.utils.compiling import called, entry_point, merged
 
-PLAN = np.dtype([("braking", "f8"), ("gyroscopic", "f8"), ("long_way", "f8")])
+PLAN = np.dtype([("braking", "f8"), ("gyroscopic", "f8"), ("long_way", "f8"), ("foresight", "f8")])
 """One way to turn: the shares of the torque that braking uses and that the gyroscopic torque may take. ``long_way`` is
-1.0 for the long way round."""
+1.0 for the long way round, ``foresight`` 1.0 for wheels that are prepared for faults to come."""
 
 UNWINDING = 0.05
 """Rate at which wheels give up momentum that no torque needs [1/s]."""
@@ -146,17 +147,20 @@ def flight(
     window: int,
     goal: Any,
     plan: Any,
+    pivot: Any,
     work: Any,
     braking: Any,
+    path: Any,
 ) -> bool:
     """Fly one episode with all faults known; True if it is a success.
 
     The parameters are those of :func:`flown`, of one episode; ``signals`` are those of :func:`.load_signals`.
     """  # fmt: skip
-    low, high, torque, momentum = work[0], work[1], work[4], work[5]
+    low, high, torque, momentum, preload = work[0], work[1], work[4], work[5], work[6]
     wheels, steps = axes.shape[0], signals.shape[0]
     for j in range(wheels):
         momentum[j] = stored[j]
+    prepared = prepare(signals, capacity, axes, pivot, step, work, preload) if plan.foresight > 0.5 else 0
     body = inertia.constant
     tensor = (body[0, 0], body[1, 1], body[2, 2], body[0, 1], body[0, 2], body[1, 2])
     inverse = inverse_symmetric(tensor)
@@ -168,7 +172,7 @@ def flight(
     if moving:
         w = add3(w, -1.0, in_body(q, row(rates, 0)))
     long_way = plan.long_way > 0.5
-    point, aimed, plans, missed = 0, _NOTHING, 0, 0
+    point, aimed, plans = 0, _NOTHING, 0
     for k in range(steps + 1):
         time = k * step
         while point + 1 < points.shape[0] and points[point + 1].time <= time + 1e-9:
@@ -177,18 +181,14 @@ def flight(
             q, aimed, point = quaternion_product(change, q), _NOTHING, point + 1
         sine = math.sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
         angle, way = 2.0 * math.atan2(sine, abs(q[0])), 1.0 if q[0] >= 0.0 else -1.0
-        if k >= window:
-            # In this form a motion that is no number fails.
-            if not angle <= goal[2]:
-                return False
-            if not (angle <= goal[0] and dot3(w, w) <= goal[1] * goal[1]):
-                missed += 1
+        unit = way / sine if sine > 1e-12 else 0.0
+        path[k, 0], path[k, 1], path[k, 2] = angle * unit * q[1], angle * unit * q[2], angle * unit * q[3]
+        path[k, 3], path[k, 4], path[k, 5] = w
         if k == steps:
             break
         long_way = long_way and angle > 0.5 * math.pi
         if long_way:
-            angle, way = 2.0 * math.pi - angle, -way
-        unit = way / sine if sine > 1e-12 else 0.0
+            angle, unit = 2.0 * math.pi - angle, -unit
         axis = (unit * q[1], unit * q[2], unit * q[3])
         bounds(signals[k], capacity, momentum, step, True, low, high)
         total = _NOTHING
@@ -222,6 +222,8 @@ def flight(
         part = min(1.0, multiple(normals, across, base, push, low, high, True))
         for j in range(wheels):
             torque[j] = UNWINDING * momentum[j]
+            if k < prepared:
+                torque[j] = max(UNWINDING, 2.0 / ((prepared - k) * step)) * (momentum[j] - preload[j])
         given = share(axes, add3(base, part, push), low, high, torque, work[2])
 
         reached = add3(w, step, symmetric_times(inverse, add3(given, -1.0, base)))
@@ -232,10 +234,10 @@ def flight(
         w = reached
         for j in range(wheels):
             momentum[j] -= step * torque[j]
-    return bool(missed <= goal[3] * (steps + 1 - window) + 1e-9)
+    return succeeds(path, signals, axes, window, step, goal)
 
 
-@entry_point(algebra, fault_signals, feasible_torque)
+@entry_point(algebra, fault_signals, feasible_torque, feasible_foresight)
 def flown(
     attitude: Any,
     rate: Any,
@@ -252,6 +254,7 @@ def flown(
     axes: Any,
     normals: Any,
     across: Any,
+    pivot: Any,
     coupled: bool,
     step: float,
     steps: int,
@@ -276,6 +279,8 @@ def flown(
         CAPACITY records (m,).
     axes, normals, across
         (m, 3) true wheel axes, (facets, 3) normals of their envelope, (facets, m) products of both.
+    pivot
+        (m, m) momenta that add up to none, see :func:`.prepare`.
     coupled
         True if the stored momentum acts on the body.
     step, steps, window
@@ -288,14 +293,16 @@ def flown(
         (N,) the result.
     """  # fmt: skip
     wheels = axes.shape[0]
-    signals, work, braking = np.empty((steps, wheels, SIGNALS)), np.empty((6, wheels)), np.empty((2, steps + 1))
+    signals, work = np.empty((steps, wheels, SIGNALS)), np.empty((7, wheels))
+    braking, path = np.empty((2, steps + 1)), np.empty((steps + 1, 6))
     for i in range(attitude.shape[0]):
         load_signals(i, faults, switches, step, signals)
         out[i] = -1
         for number in range(plans.shape[0]):
             if flight(
                 attitude[i], rate[i], stored[i], aims[i], rates[i], points[i], inertia[i], steady[i], harmonics[i],
-                signals, capacity, axes, normals, across, coupled, step, window, goal, plans[number], work, braking,
+                signals, capacity, axes, normals, across, coupled, step, window, goal, plans[number], pivot, work,
+                braking, path,
             ):  # fmt: skip
                 out[i] = number
                 break

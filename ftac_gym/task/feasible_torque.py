@@ -23,7 +23,7 @@ DAMPING = 1e-7
 
 SIGNALS = 6
 """Numbers that tell the state of a wheel: effectiveness, bias [N m], 1.0 if locked, factors on the dry friction forward
-and backward, brake [N m]."""
+and backward, brake [N m]. A locked wheel has no effectiveness, and a torque as bias."""
 
 # Merged as machine code: inlined as statements, they would take twice as long to compile.
 add3, cross3, quaternion_product, symmetric_times = (
@@ -82,6 +82,8 @@ def load_signals(i: int, faults: Any, switches: Any, step: float, signals: Any) 
                         forward *= 1.0 + part * (fault.friction_forward - 1.0)
                         backward *= 1.0 + part * (fault.friction_backward - 1.0)
                         brake += fault.brake
+            if locked > 0.5:
+                effectiveness, bias = 0.0, 0.0
             signals[k, j, 0], signals[k, j, 1], signals[k, j, 2] = effectiveness, bias, locked
             signals[k, j, 3], signals[k, j, 4], signals[k, j, 5] = forward, backward, brake
 
@@ -90,7 +92,7 @@ def load_signals(i: int, faults: Any, switches: Any, step: float, signals: Any) 
 def bounds(signals: Any, capacity: Any, momentum: Any, step: float, braked: bool, low: Any, high: Any) -> None:
     """Write the least and the largest mean torque of each wheel over a step, (m,) [N m].
 
-    A wheel without a command has one torque. A locked wheel counts as one that was commanded to give none at the onset.
+    A wheel that follows no command has one torque, its bias.
 
     Parameters
     ----------
@@ -110,9 +112,8 @@ def bounds(signals: Any, capacity: Any, momentum: Any, step: float, braked: bool
             low[j] = sign * min(signals[j, 5], size / step) if braked else 0.0
             high[j] = low[j]
             continue
-        free = 1.0 - signals[j, 2]
-        most = free * abs(signals[j, 0]) * wheel.torque_limit
-        least, largest = free * signals[j, 1] - most, free * signals[j, 1] + most
+        most = abs(signals[j, 0]) * wheel.torque_limit
+        least, largest = signals[j, 1] - most, signals[j, 1] + most
         speed = size * wheel.inverse_inertia
         if speed > 0.0:
             strongest = wheel.power_limit / speed
