@@ -113,8 +113,8 @@ def uncontrolled_since(signals: Any, axes: Any) -> int:
 def succeeds(path: Any, signals: Any, axes: Any, window: int, step: float, goal: Any) -> bool:
     """Return whether a flight along (steps + 1, 6) turns [rad] and rates [rad/s] is a success.
 
-    Without control of all axes to the end, the attitude and the rate at the loss of control may be such that the
-    drift passes the target in the window: where the flight is settled, any small ones can be chosen.
+    Wheels may span no space to the end. Then a drift may pass the target in the window: where the flight is settled
+    before, it can have any small attitude and rate.
     """
     last = path.shape[0] - 1
     allowed = goal[3] * (last + 1 - window) + 1e-9
