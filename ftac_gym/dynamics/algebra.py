@@ -28,6 +28,19 @@ def store3(out: Any, row: int, a: Any) -> None:
 
 
 @inlined
+def unit(q: Any) -> Any:
+    """Return a quaternion, normalised."""
+    scale = 1.0 / math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    return scale * q[0], scale * q[1], scale * q[2], scale * q[3]
+
+
+@inlined
+def store4(out: Any, row: int, a: Any) -> None:
+    """Write a quadruple into a row."""
+    out[row, 0], out[row, 1], out[row, 2], out[row, 3] = a[0], a[1], a[2], a[3]
+
+
+@inlined
 def store_unit(out: Any, row: int, q: Any) -> None:
     """Write a quaternion, normalised, into a row."""
     scale = 1.0 / math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])

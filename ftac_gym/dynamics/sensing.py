@@ -15,10 +15,20 @@ from ftac_gym.dynamics.algebra import (
     row4,
     scale3,
     store3,
+    store4,
     store_unit,
 )
 from ftac_gym.dynamics.fault_signals import acts, part_at
-from ftac_gym.dynamics.instruments import gyro_rate, report, track
+from ftac_gym.dynamics.instruments import (
+    DISPLACEMENT_NOISE,
+    MODAL_RATE_NOISE,
+    WHEEL_NOISE,
+    carry,
+    fix_of,
+    gyro_rate,
+    nearly_unit,
+    reported,
+)
 from ftac_gym.task import references
 from ftac_gym.task.references import ReferenceKind
 from ftac_gym.utils import randomness
@@ -123,8 +133,17 @@ def sense(
     measured_rate: Any,
     star_tracker_valid: Any,
     fix_ticks: Any,
-    suite: Any,
     suite_sensors: Any,
+    every: Any,
+    clock: Any,
+    turned: Any,
+    anchors: Any,
+    taken: Any,
+    anchor: Any,
+    varying_bias: Any,
+    measured_momentum: Any,
+    measured_displacement: Any,
+    measured_modal_rate: Any,
     wheel_momentum: Any,
     modal_displacement: Any,
     modal_rate: Any,
@@ -137,9 +156,9 @@ def sense(
     after the first. While the star tracker is out, the measured attitude is the last one, turned by the mean of the
     last two measured rates. ``fix_ticks`` (N,) holds the tick at which the star tracker has taken the sample in use.
 
-    Of the arguments of the two kinds of sensors, one must be None, for which the compiler leaves its code out:
-    ``sensors``, SENSOR records (N,), or both ``suite``, the :class:`~ftac_gym.dynamics.instruments.Instruments`, and
-    ``suite_sensors``, SUITE records (N,). With a suite, wheel momentum and modes are measured too.
+    Of ``sensors``, SENSOR records (N,), and ``suite_sensors``, SUITE records (N,), one must be None, for which the
+    compiler leaves the code of these sensors out. With a suite, wheel momentum and modes are measured too. Its further
+    arguments are the fields of :class:`~ftac_gym.dynamics.instruments.Instruments`.
 
     Returns
     -------
@@ -167,24 +186,26 @@ def sense(
         else:
             follow_rate(i, record, tick, step, substeps, reference_attitude, reference_rate, reference_acceleration)
 
+        key = (keys[i, 0], keys[i, 1])
         w = row3(rate, i)
         seen = (0.0, 0.0, 0.0)
         noise_0, noise_1, noise_2, noise_3, noise_4, noise_5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        if suite is not None:
-            seen = gyro_rate(
-                i, w, tick, period, suite_sensors[i], keys, episodes[i], gyro_bias, suite.varying_bias
-            )  # fmt: skip
+        if suite_sensors is not None:
+            biases = row3(gyro_bias, i), row3(varying_bias, i)
+            seen, fixed, varying = gyro_rate(w, *biases, tick, period, suite_sensors[i], episodes[i], key)
+            store3(gyro_bias, i, fixed)
+            store3(varying_bias, i, varying)
         if sensors is not None:
             sensor = sensors[i]
             walk = sensor.gyro_bias_walk * math.sqrt(period)
             if walk > 0.0 and tick > 0:
-                walk_x, walk_y, walk_z, _ = normals(tick, episodes[i], 2, keys, i)
+                walk_x, walk_y, walk_z, _ = normals(tick, episodes[i], 2, key)
                 gyro_bias[i, 0] += walk * walk_x
                 gyro_bias[i, 1] += walk * walk_y
                 gyro_bias[i, 2] += walk * walk_z
             if sensor.attitude_noise > 0.0 or sensor.rate_noise > 0.0:
-                noise_0, noise_1, noise_2, noise_3 = normals(tick, episodes[i], 0, keys, i)
-                noise_4, noise_5, _, _ = normals(tick, episodes[i], 1, keys, i)
+                noise_0, noise_1, noise_2, noise_3 = normals(tick, episodes[i], 0, key)
+                noise_4, noise_5, _, _ = normals(tick, episodes[i], 1, key)
             tilt = sensor.gyro_misalignment
             seen = (
                 w[0] + tilt[1] * w[2] - tilt[2] * w[1] + gyro_bias[i, 0] + sensor.rate_noise * noise_3,
@@ -201,12 +222,52 @@ def sense(
                 turn = add3(turn, part, fault.attitude_turn)
                 blind = blind or fault.outage > 0.5
         star_tracker_valid[i] = not blind
-        if suite is not None:
-            track(
-                i, attitude, seen, turn, blind, tick, period, suite_sensors[i], keys, episodes[i], suite, measured_rate,
-                measured_attitude, fix_ticks,
-            )  # fmt: skip
-            report(i, tick, suite_sensors[i], keys, episodes[i], wheel_momentum, modal_displacement, modal_rate, suite)
+        if suite_sensors is not None:
+            suite, depth = suite_sensors[i], taken.shape[1]
+            if tick == 0:
+                # A sample without age; of the others, the next one to take and the next one to become available.
+                clock[i, 0], clock[i, 1], clock[i, 2], clock[i, 3] = every, 0, every, 0
+                clock[i, 4] = math.ceil(suite.latency / period - 1e-9)
+                spike = (0.0, 0.0, 0.0) if blind else turn
+                store4(anchor, i, fix_of(row4(attitude, i), spike, tick, suite, episodes[i], key))
+                store4(turned, i, (1.0, 0.0, 0.0, 0.0))
+                fix_ticks[i] = 0
+            else:
+                store4(turned, i, carry(row4(turned, i), seen, row3(measured_rate, i), period))
+            if tick == clock[i, 0]:
+                slot = clock[i, 1]
+                taken[i, slot] = -1 if blind else tick
+                if not blind:
+                    fix = fix_of(row4(attitude, i), turn, tick, suite, episodes[i], key)
+                    back = (turned[i, 0], -turned[i, 1], -turned[i, 2], -turned[i, 3])
+                    store4(anchors, i * depth + slot, quaternion_product(fix, back))
+                clock[i, 0] += every
+                clock[i, 1] = slot + 1 if slot + 1 < depth else 0
+            if tick == clock[i, 2] + clock[i, 4]:
+                slot = clock[i, 3]
+                if taken[i, slot] >= 0 and not blind:
+                    store4(anchor, i, row4(anchors, i * depth + slot))
+                    fix_ticks[i] = taken[i, slot]
+                clock[i, 2] += every
+                clock[i, 3] = slot + 1 if slot + 1 < depth else 0
+            store4(measured_attitude, i, nearly_unit(quaternion_product(row4(anchor, i), row4(turned, i))))
+            deviates = (0.0, 0.0, 0.0, 0.0)
+            noise = suite.wheel_momentum_noise
+            for j in range(wheel_momentum.shape[1]):
+                if noise > 0.0 and j % 4 == 0:
+                    deviates = normals(tick, episodes[i], WHEEL_NOISE + j // 4, key)
+                value = reported(wheel_momentum[i, j], noise, deviates, j % 4, suite.wheel_momentum_quantum)
+                measured_momentum[i, j] = value
+            noise = suite.modal_displacement_noise
+            for j in range(modal_displacement.shape[1]):
+                if noise > 0.0 and j % 4 == 0:
+                    deviates = normals(tick, episodes[i], DISPLACEMENT_NOISE + j // 4, key)
+                measured_displacement[i, j] = reported(modal_displacement[i, j], noise, deviates, j % 4, 0.0)
+            noise = suite.modal_rate_noise
+            for j in range(modal_rate.shape[1]):
+                if noise > 0.0 and j % 4 == 0:
+                    deviates = normals(tick, episodes[i], MODAL_RATE_NOISE + j // 4, key)
+                measured_modal_rate[i, j] = reported(modal_rate[i, j], noise, deviates, j % 4, 0.0)
         if sensors is not None:
             sensor = sensors[i]
             if blind and tick > 0:

@@ -10,7 +10,7 @@ from numba import config
 
 from ftac_gym.dynamics.command_queue import CommandQueue
 from ftac_gym.dynamics.divergence import MOVED, SEEN, divergence
-from ftac_gym.dynamics.instruments import Instruments, instruments
+from ftac_gym.dynamics.instruments import WITHOUT, Instruments, instruments
 from ftac_gym.dynamics.merging import merged, with_faults
 from ftac_gym.dynamics.plant import advance
 from ftac_gym.dynamics.sensing import sense
@@ -321,8 +321,8 @@ class Simulator:
             episodes.set_points, self.reference_attitude, self.reference_rate, self.reference_acceleration,
             errors, episodes.sensor_faults, episodes.switches, episodes.key, episodes.index,
             self._gyro_bias, self.measured_attitude, self.measured_rate, self.star_tracker_valid, self._fix_ticks,
-            self._instruments, suite_sensors, state.wheel_momentum, state.modal_displacement, state.modal_rate,
-            self._largest_rate,
+            suite_sensors, *(self._instruments or WITHOUT), state.wheel_momentum, state.modal_displacement,
+            state.modal_rate, self._largest_rate,
         )  # fmt: skip
         if self._trajectory is not None:
             ticks = np.minimum(self.ticks[rows], len(self._trajectory[0]) - 1)

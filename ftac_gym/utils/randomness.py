@@ -100,9 +100,9 @@ def normal_pair(word_0: Any, word_1: Any) -> Any:
 
 
 @merged
-def normals(tick: int, episode: int, block: int, keys: Any, i: int) -> Any:
-    """Return four standard normal deviates of the sensors' noise of spacecraft i at a tick of its episode."""
-    a, b, c, d = philox(tick, episode, _NOISE, block, keys[i, 0], keys[i, 1])
+def normals(tick: int, episode: int, block: int, key: Any) -> Any:
+    """Return four standard normal deviates of the sensors' noise at a tick of an episode; its key has two words."""
+    a, b, c, d = philox(tick, episode, _NOISE, block, key[0], key[1])
     return normal_pair(a, b) + normal_pair(c, d)
 
 
