@@ -36,4 +36,6 @@ def test_a_locked_wheel_repeats_its_torque():
     held = history.applied_torque[9, 1, 2]
     np.testing.assert_allclose(effect.bias[10:, 2], held, atol=1e-12)
     np.testing.assert_array_equal(effect.effectiveness[:, 2], np.where(history.time < 1.0 - 1e-9, 1.0, 0.0))
-    np.testing.assert_allclose(uncommanded_torque(history)[11:, 1, 2], held - history.command[10:, 1, 2], atol=1e-12)
+    np.testing.assert_allclose(
+        uncommanded_torque(history)[11:, 1, 2], held - command_in_effect(history)[11:, 1, 2], atol=1e-12
+    )

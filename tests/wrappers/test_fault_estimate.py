@@ -94,7 +94,7 @@ def test_an_observer_has_the_inputs_of_that_in_a_baseline(source):
                 law.act(measurement)
                 estimate = law.estimate
             else:
-                estimate = observer.update(measurement, measurement.last_command, scenario.control_period)
+                estimate = observer.update(measurement, measurement.command_in_effect, scenario.control_period)
             scaled = [
                 (estimate.disturbance, LIMIT), (estimate.effectiveness, 1.0), (estimate.bias, LIMIT),
                 (estimate.identifiable, 1.0), (estimate.vibration, LIMIT),

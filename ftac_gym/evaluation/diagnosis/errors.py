@@ -55,7 +55,7 @@ def squared_errors(history: Rollout) -> dict[str, SquaredErrors]:
     assert given is not None
     axes = history.scenario.spacecraft.wheels.axis_matrix
     uncommanded = uncommanded_torque(history)[:-1]
-    found = {}
+    found: dict[str, SquaredErrors] = {}
     if given.effectiveness is not None or given.bias is not None:
         effects = [true_effect(history, spacecraft) for spacecraft in range(len(history.episodes))]
     if given.effectiveness is not None:
@@ -67,6 +67,8 @@ def squared_errors(history: Rollout) -> dict[str, SquaredErrors]:
         truth = truth if given.effectiveness is not None else uncommanded
         turning = np.linalg.pinv(axes) @ axes
         found["bias"] = _sums((given.bias - truth) @ turning, truth @ turning)
+    if not found and given.disturbance is None:
+        return found
     command = command_in_effect(history)[:-1]
     wheels = np.zeros_like(command)
     wheels += 0.0 if given.effectiveness is None else (given.effectiveness - 1.0) * command

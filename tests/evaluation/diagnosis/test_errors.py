@@ -11,7 +11,7 @@ from ftac_gym.evaluation import rollout
 from ftac_gym.evaluation.diagnosis.errors import squared_errors
 from ftac_gym.faults import Bias, FaultSchedule, LossOfEffectiveness
 
-FLAGSHIP = scenarios.get("flagship").replace(duration=6.0)
+FLAGSHIP = scenarios.get("flagship").replace(duration=6.0, loop_delay=0.0)
 AXES = FLAGSHIP.spacecraft.wheels.axis_matrix
 
 
@@ -75,6 +75,10 @@ def test_the_torque_on_the_body_is_that_of_all_parts(weak):
     same = judged(weak, disturbance=np.concatenate([np.zeros((1, 2, 3)), body]))
     assert list(same) == ["torque"]
     np.testing.assert_allclose(same["torque"][0], own, atol=1e-12)
+
+
+def test_flags_alone_have_no_errors(weak):
+    assert judged(weak, alarm=np.zeros(weak.command.shape, dtype=bool)) == {}
 
 
 def test_without_effectiveness_a_bias_is_all_that_the_command_does_not_explain(weak):
