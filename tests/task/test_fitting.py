@@ -53,7 +53,7 @@ def test_environments_and_rollouts_use_these_labels(episodes):
     [
         {"reward": RewardWeights(progress=1.0)},
         {"faults": None, "tumble_rate": None, "name": "other"},
-        {"control_period": 0.02, "sensors": None},
+        {"control_period": 0.02},
         {"success": SuccessCriterion(angle=0.1)},
     ],
 )
@@ -151,7 +151,8 @@ def edited(name, table, field, place, number):
         ("ma_2023_faulty", "reference", "amplitude", (0,), (-1e308, 1e6)),
         ("ma_2023_faulty", "reference", "constant", (0,), (-1e308, 1e3)),
         ("li_2023", "initial", "wheel_momentum", (0,), (1e308, 1e14)),
-        ("flagship", "sensors", "rate_noise", (), (1e308, 1e14)),
+        ("flagship", "sensors", "gyro_bias", (0,), (1e308, 1e14)),
+        ("ma_2023_faulty", "sensors", "rate_noise", (), (1e308, 1e14)),
     ],
 )
 def test_numbers_that_the_plant_cannot_integrate_are_refused(name, table, field, place, numbers):

@@ -29,8 +29,10 @@ from ftac_gym.task import (
     SensorErrors,
     SensorSuite,
     StarTracker,
+    SuccessCriterion,
     WheelTelemetry,
 )
+from ftac_gym.task.orbit import orbital_rate
 from ftac_gym.utils.serialization import TYPE_KEY, classes, to_plain
 
 FLEXIBLE = scenarios.get("flexible")
@@ -41,6 +43,7 @@ RUBBING = dataclasses.replace(WheelArray.sign_pyramid(0.2, 12.0), spin_inertia=0
 TASK = Scenario(name="task", spacecraft=Spacecraft(np.diag([9.0, 9.0, 9.0]), RUBBING))
 LONG = "integer of 5000 digits"
 AXES = (0.1, (0.1, 0.2), 0.3)
+STILL = (0.0, 0.0, 0.0)
 TIMING = {"onset": 1.0, "duration": 3.0, "rise": 0.1, "fall": 0.1}
 
 
@@ -57,17 +60,22 @@ def placed(kind, **changes):
 
 
 PARTS = [
-    {"cost_bounds": CostBounds(angle=0.1)},
+    {"cost_bounds": CostBounds(angle=0.1), "success": SuccessCriterion(share=0.9, limit=5.0)},
+    {"loop_delay": 0.02, "extra_delay": (1.0, 2.0)},
     {"reward": RewardWeights(vibration=0.1, vibration_scale=0.1)},
     {"spacecraft": Spacecraft(np.diag([9.0, 9.0, 9.0]), WHEELS, False, PANELS)},
     {"initial_state": InitialState((1.0, 0.0, 0.0, 0.0), 1.0, (0.1, 0.2, 0.3), 0.4, 0.0, (0.1, 0.2, 0.3, 0.4))},
     {"reference": MRPSinusoid(AXES, AXES, AXES, AXES), "misalignment": np.zeros((3, 4))},
     {"reference": RateProfile(AXES, AXES, AXES, AXES)},
     {"reference": SampledReference((0.0, 200.0), ((1.0, 0.0, 0.0, 0.0), (0.8, 0.6, 0.0, 0.0)))},
-    {"faults": faults.FaultDistribution((faults.Outage(),), (1.0,), (0.5, 0.5))},
+    {"faults": faults.FaultDistribution((faults.Outage(),), (1.0,), (0.5, 0.5), always=(faults.Outage(wheel=1),))},
     *({"faults": placed(kind)} for kind in faults.KINDS),
     {"disturbance": Disturbance(AXES, (Harmonic(AXES, 0.2, AXES),), 0.1)},
     {"disturbance": LowOrbitTorque()},
+    {
+        "disturbance": LowOrbitTorque(altitude=500e3, nadir=(0.0, 0.0, 1.0), orbit_normal=(0.0, -1.0, 0.0)),
+        "reference": RateProfile(STILL, STILL, constant=(0.0, -orbital_rate(500e3), 0.0)),
+    },
     {"sensors": SensorErrors(), "tumble_rate": 1.0},
     {"sensors": SensorSuite(star_tracker=StarTracker(), gyro=Gyro(), wheels=WheelTelemetry(), modes=ModalTelemetry())},
     {"inertia_uncertainty": InertiaUncertainty(0.1, np.eye(3), (1.0, 2.0, 3.0), AXES[:1] * 3, AXES[:1] * 3, True)},
