@@ -5,7 +5,7 @@ import warnings
 import zipfile
 import zlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -16,13 +16,13 @@ from ftac_gym import scenarios
 from ftac_gym.dynamics.divergence import DivergenceError
 from ftac_gym.evaluation.episodes import FEASIBLE, judging_episodes
 from ftac_gym.evaluation.identity import identity
-from ftac_gym.evaluation.metrics import UNITS, Metrics
+from ftac_gym.evaluation.metrics import UNITS, Metrics, Recoveries
 from ftac_gym.evaluation.rollout import rollout
 from ftac_gym.evaluation.threads import one_torch_thread
 from ftac_gym.policies import DeferredBaseline, Policy, PolicyRunner, check_task, policy_label, resolve
 from ftac_gym.scenarios import ScenarioLike
 from ftac_gym.task.episodes import Episodes
-from ftac_gym.task.scenario import Scenario
+from ftac_gym.task.scenario import Scenario, success_steps
 from ftac_gym.utils.files import reading, reason_of, replacing
 from ftac_gym.utils.parameters import require
 
@@ -33,7 +33,13 @@ DIGEST = "digest"
 """Entry of a stored result beside the arrays: their SHA-256."""
 
 BatchResult = dict[str, npt.NDArray[Any]]
-"""Result of a batch: arrays (N,) by metric, and ``attitude_error`` (T + 1, N) [deg]."""
+"""Result of a batch: arrays (N,) by metric, and those of :data:`_HISTORIES` and :data:`_RECOVERIES`."""
+
+_HISTORIES = ("attitude_error", "relative_error")
+"""Arrays of a batch with the episode on the second axis [deg], in single precision."""
+
+_RECOVERIES = {item.name: f"recovery_{item.name}" for item in fields(Recoveries)}
+"""Arrays of a batch with the episode and the fault on the axes, by the fields of the recoveries."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,11 +54,17 @@ class Evaluation:
         Arrays (N,) by name.
     attitude_error
         (T + 1, N) true pointing error [deg], single precision.
+    relative_error
+        (window, N) angle between the true error and its mean over the window of success [deg], single precision.
+    recoveries
+        Recoveries from the faults of the N episodes.
     """
 
     policy: str
     metrics: Metrics
     attitude_error: npt.NDArray[np.float32]
+    relative_error: npt.NDArray[np.float32]
+    recoveries: Recoveries
 
 
 class FlightError(ValueError):
@@ -102,7 +114,13 @@ class Batch:
     def _flown(self, part: slice) -> BatchResult:
         with one_torch_thread():
             history = rollout(self.scenario, self.policy, self.episodes[part])
-        return {**history.metrics(), "attitude_error": np.degrees(history.attitude_error).astype(np.float32)}
+        errors = {name: np.degrees(getattr(history, name)).astype(np.float32) for name in _HISTORIES}
+        recoveries = history.recoveries()
+        return {
+            **history.metrics(),
+            **errors,
+            **{name: getattr(recoveries, part) for part, name in _RECOVERIES.items()},
+        }
 
     def _failure(self, error: Exception) -> FlightError:
         """Return the error of the first episode that fails alone, which halving finds; else that of the batch."""
@@ -136,8 +154,13 @@ class Batch:
 
     def _checked(self, result: BatchResult) -> BatchResult:
         count = len(self.episodes)
+        samples = self.scenario.horizon + 1
+        faults = self.episodes.faults[0].size + self.episodes.sensor_faults.shape[1]
         types: dict[str, tuple[tuple[int, ...], str]] = dict.fromkeys(UNITS, ((count,), "float64"))
-        types["attitude_error"] = ((self.scenario.horizon + 1, count), "float32")
+        types["attitude_error"] = ((samples, count), "float32")
+        types["relative_error"] = ((min(success_steps(self.scenario), samples), count), "float32")
+        types |= dict.fromkeys(_RECOVERIES.values(), ((count, faults), "float64"))
+        types["recovery_kind"], types["recovery_recovered"] = ((count, faults), "int64"), ((count, faults), "bool")
         digest = str(result.pop(DIGEST, "absent"))
         found = {name: (array.shape, array.dtype.name) for name, array in result.items()}
         for name in {**types, **found}:
@@ -189,9 +212,14 @@ def batches(scenario: Scenario, policy: Policy, episodes: Episodes, folder: Path
 
 def joined(name: str, results: Sequence[BatchResult]) -> Evaluation:
     """Return the evaluation of a policy from the results of all batches, in the order of the episodes."""
-    axes = {key: int(key == "attitude_error") for key in results[0]}
-    metrics = {key: np.concatenate([result[key] for result in results], axis=axis) for key, axis in axes.items()}
-    return Evaluation(name, attitude_error=metrics.pop("attitude_error"), metrics=metrics)
+    axes = {key: int(key in _HISTORIES) for key in results[0]}
+    arrays = {key: np.concatenate([result[key] for result in results], axis=axis) for key, axis in axes.items()}
+    return Evaluation(
+        name,
+        metrics={metric: arrays[metric] for metric in UNITS},
+        recoveries=Recoveries(**{part: arrays[key] for part, key in _RECOVERIES.items()}),
+        **{key: arrays[key] for key in _HISTORIES},
+    )
 
 
 def evaluate(

@@ -77,20 +77,57 @@ def bootstrap(
     ValueError
         If the levels are unknown.
     """
+    point, drawn = resampled(data, measure, seed, levels)
+    return point, *ends(drawn, point.shape)
+
+
+def resampled(
+    data: Sequence[FloatArray], measure: Callable[..., Any], seed: int, levels: Levels
+) -> tuple[FloatArray, FloatArray]:
+    """Return a measure of data, () or (K,), and of all resamples, (B,) or (B, K); see :func:`bootstrap`.
+
+    Raises
+    ------
+    ValueError
+        If the levels are unknown.
+    """
     require(levels in ("both", "seeds"), "levels", "must be 'both' or 'seeds'", levels)
     episodes, seeds = _draw(seed, levels, data[0].shape[1], tuple(map(len, data)))
     blocks = []
     for start in range(0, RESAMPLES, _BLOCK):
         part = slice(start, start + _BLOCK)
         blocks.append(measure(*(item[rows[part], episodes[part]] for item, rows in zip(data, seeds, strict=True))))
-    point, drawn = np.asarray(measure(*(item[None] for item in data)))[0], np.concatenate(blocks)
+    return np.asarray(measure(*(item[None] for item in data)))[0], np.concatenate(blocks)
+
+
+def ends(drawn: FloatArray, shape: tuple[int, ...] = ()) -> tuple[FloatArray, FloatArray]:
+    """Return both ends of the percentile interval of resamples (B, ...), each of a shape; NaN is left out."""
     tail = (1.0 - CONFIDENCE) / 2.0
-    ends = stats.quantile(
+    found = stats.quantile(
         drawn.reshape(RESAMPLES, -1), np.array([[tail], [1.0 - tail]]), axis=0, nan_policy="omit"
-    ).reshape(2, *point.shape)
+    ).reshape(2, *shape)
     # Interpolation between equal values can leave them by a rounding error.
-    low, high = np.clip(ends, np.fmin.reduce(drawn), np.fmax.reduce(drawn))
-    return point, low, high
+    low, high = np.clip(found, np.fmin.reduce(drawn), np.fmax.reduce(drawn))
+    return low, high
+
+
+def draw_counts(
+    seed: int, size: int, runs: tuple[int, ...]
+) -> tuple[npt.NDArray[np.int64], list[npt.NDArray[np.int64]]]:
+    """Return how often each resample has each episode, (B, size), and each seed of each policy, (B, seeds).
+
+    The resamples are those of :func:`bootstrap` with both levels.
+    """
+    episodes, seeds = _draw(seed, "both", size, runs)
+    return _counts(episodes[:, 0], size), [
+        _counts(item[:, :, 0], count) for item, count in zip(seeds, runs, strict=True)
+    ]
+
+
+def _counts(indices: _Indices, size: int) -> npt.NDArray[np.int64]:
+    """Return how often each row (B, K) has each of the numbers below a size, (B, size)."""
+    rows = np.arange(len(indices))[:, None] * size
+    return np.bincount((indices + rows).ravel(), minlength=len(indices) * size).reshape(len(indices), size)
 
 
 @lru_cache(maxsize=8)

@@ -44,7 +44,7 @@ def write_summary(path: Path, rows: Sequence[Row]) -> None:
     """Write one line per policy, metric and kind of estimate."""
     lines: list[Sequence[Any]] = [["policy", "metric", "kind", "value", "low", "high", "episodes", "defined", "total"]]
     for row in rows:
-        for kind, values in (("estimate", row.estimates), ("difference", row.differences)):
+        for kind, values in (("estimate", row.estimates), ("all drawn", row.drawn), ("difference", row.differences)):
             for metric, item in values.items():
                 known = item.count, item.defined, item.total
                 lines.append([row.policy, metric, kind, item.value, item.low, item.high, *known])

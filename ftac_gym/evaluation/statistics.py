@@ -7,25 +7,26 @@ other seeds on the same episodes.
 
 A baseline has a single run, and only its episodes can be drawn anew. Drawing rows and columns is slightly conservative
 (Owen 2007, "The pigeonhole bootstrap"). The variance of a seed in a single episode is counted up to three times, an
-excess that vanishes with the number of both.
+excess that vanishes with the number of both. Shares have intervals of their own (:mod:`ftac_gym.evaluation.shares`).
 """
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
-from ftac_gym.evaluation.bootstrap import Levels, aligned, bootstrap
+from ftac_gym.evaluation.bootstrap import Levels, aligned, bootstrap, resampled
+from ftac_gym.evaluation.shares import difference_ends, effective_count, share_ends
 from ftac_gym.utils.parameters import FloatArray
 
 Statistic = Callable[..., Any]
-"""Function of values and axis: :func:`mean`, :func:`interquartile_mean` or another one."""
+"""Function of values and axis: :func:`mean`, :func:`share`, :func:`interquartile_mean` or another one."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,11 @@ def mean(values: FloatArray, axis: int = -1) -> Any:
     return np.mean(values, axis=axis)
 
 
+def share(values: FloatArray, axis: int = -1) -> Any:
+    """Return the mean of values within [0, 1]; its interval covers near zero and one too."""
+    return np.mean(values, axis=axis)
+
+
 def interquartile_mean(values: FloatArray, axis: int = -1) -> Any:
     """Return the mean of the middle half: robust like the median, but it uses half of the data."""
     return stats.trim_mean(values, 0.25, axis=axis)
@@ -75,7 +81,7 @@ def estimate(values: npt.ArrayLike, statistic: Statistic = mean, seed: int = 0, 
     values
         (seeds, episodes), or (episodes,) of a policy without seeds; NaN is left out.
     statistic
-        :func:`mean` or :func:`interquartile_mean`, or any function of (values, axis).
+        :func:`mean`, :func:`share` or :func:`interquartile_mean`, or any function of (values, axis).
     seed
         Seed of the resampling.
     levels
@@ -83,14 +89,24 @@ def estimate(values: npt.ArrayLike, statistic: Statistic = mean, seed: int = 0, 
 
     Returns
     -------
-    The estimate with a percentile bootstrap interval; NaN if there are no values.
+    The estimate with a percentile bootstrap interval; NaN if there are no values. A :func:`share` of seeds and episodes
+    has Wilson's interval (:mod:`ftac_gym.evaluation.shares`).
 
     Raises
     ------
     ValueError
         If the levels are unknown or values have other axes.
     """
-    return _estimate([values], lambda item: _over_known(item, statistic), seed, levels)
+    found = _estimate([values], lambda item: _over_known(item, statistic), seed, levels)
+    if statistic is not share or levels == "seeds" or not found.count:
+        return found
+    data = aligned(values)
+    count = float(found.count)
+    if len(data[0]) > 1 or not _binary(data[0]):
+        _, drawn = resampled(data, lambda item: _over_known(item, share), seed, levels)
+        count = effective_count(found.value * (1.0 - found.value), float(np.nanvar(drawn)), found.count)
+    low, high = share_ends(found.value, count)
+    return replace(found, low=low, high=high)
 
 
 def paired_difference(
@@ -99,7 +115,8 @@ def paired_difference(
     """Estimate a statistic of first - second over pairs of training seeds in the same episode.
 
     Pairs in which either is NaN are left out. Episodes are drawn for both together, which cancels the common part of
-    both in the interval. The seeds of each are drawn on their own.
+    both in the interval. The seeds of each are drawn on their own. A difference of a :func:`share` of values that are 0
+    or 1 has the interval of Bonett and Price (:mod:`ftac_gym.evaluation.shares`).
 
     Parameters
     ----------
@@ -113,7 +130,20 @@ def paired_difference(
     ValueError
         If the two do not have the same episodes, the levels are unknown, or values have other axes.
     """
-    return _estimate([first, second], lambda one, other: _over_known(_differences(one, other), statistic), seed, levels)
+    found = _estimate(
+        [first, second], lambda one, other: _over_known(_differences(one, other), statistic), seed, levels
+    )
+    data = aligned(first, second)
+    if statistic is not share or levels == "seeds" or not found.count or not all(map(_binary, data)):
+        return found
+    pairs = _differences(data[0][None], data[1][None])
+    pairs = pairs[~np.isnan(pairs)]
+    better, worse, count = float((pairs > 0.0).mean()), float((pairs < 0.0).mean()), float(found.count)
+    if max(map(len, data)) > 1:
+        _, drawn = resampled(data, lambda one, other: _over_known(_differences(one, other), share), seed, levels)
+        count = effective_count(better + worse - found.value**2, float(np.nanvar(drawn)), found.count)
+    low, high = difference_ends(better, worse, count)
+    return replace(found, low=low, high=high)
 
 
 def relative_difference(
@@ -160,75 +190,14 @@ def probability_of_improvement(
     """
     sign = -1.0 if smaller_is_better else 1.0
 
-    def share(one: FloatArray, other: FloatArray) -> FloatArray:
+    def chance(one: FloatArray, other: FloatArray) -> FloatArray:
         won = 0.5 + 0.5 * np.sign(sign * _differences(one, other))
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Mean of empty slice")
             found: FloatArray = np.nanmean(np.nanmean(won, axis=(1, 2)), axis=1)
         return found
 
-    return _estimate([first, second], share, seed, levels)
-
-
-@dataclass(frozen=True, eq=False)
-class Curve:
-    """A curve with a pointwise band.
-
-    Attributes
-    ----------
-    x, y, low, high
-        (K,) places, values, and the ends of their intervals.
-    count
-        Number of episodes, or of training seeds.
-    """
-
-    x: FloatArray
-    y: FloatArray
-    low: FloatArray
-    high: FloatArray
-    count: int
-
-
-def performance_profile(
-    values: npt.ArrayLike,
-    thresholds: npt.ArrayLike,
-    smaller_is_better: bool = False,
-    seed: int = 0,
-    levels: Levels = "both",
-) -> Curve:
-    """Return the share of scores, of all seeds and episodes, above each threshold: a performance profile.
-
-    Parameters
-    ----------
-    values
-        (seeds, episodes) or (episodes,); NaN is left out.
-    thresholds
-        (K,) in units of the values.
-    smaller_is_better
-        Return the share that is at or below each threshold instead.
-    seed, levels
-        See :func:`estimate`.
-
-    Raises
-    ------
-    ValueError
-        If the levels are unknown or values have other axes.
-    """
-    data, limits = aligned(values), np.asarray(thresholds, dtype=np.float64)
-
-    def share(item: FloatArray) -> FloatArray:
-        # NaN stands at the end of the ordered rows, above every threshold.
-        rows = np.sort(item.reshape(len(item), -1), axis=1)
-        known = (~np.isnan(rows)).sum(axis=1)[:, None]
-        with np.errstate(invalid="ignore"):
-            below: FloatArray = np.array([np.searchsorted(row, limits, side="right") for row in rows]) / known
-        return below if smaller_is_better else 1.0 - below
-
-    count = data[0].shape[1]
-    if not count:
-        nothing = np.full(limits.shape, np.nan)
-        return Curve(limits, nothing, nothing, nothing, 0)
-    return Curve(limits, *bootstrap(data, share, seed, levels), count)
+    return _estimate([first, second], chance, seed, levels)
 
 
 def _estimate(
@@ -242,6 +211,11 @@ def _estimate(
     count = data[0].shape[1]
     value, low, high = bootstrap(data, measure, seed, levels) if count else (np.full((), np.nan),) * 3
     return Estimate(float(value), float(low), float(high), count, defined, total)
+
+
+def _binary(values: FloatArray) -> bool:
+    """Return whether all values are zero, one or NaN."""
+    return bool(np.isin(values[~np.isnan(values)], (0.0, 1.0)).all())
 
 
 def _differences(first: FloatArray, second: FloatArray) -> FloatArray:

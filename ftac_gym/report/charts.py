@@ -11,7 +11,8 @@ from matplotlib.colors import Colormap, LinearSegmentedColormap
 from matplotlib.figure import Figure
 from scipy.optimize import isotonic_regression
 
-from ftac_gym.evaluation.statistics import Curve, Estimate
+from ftac_gym.evaluation.profiles import Curve
+from ftac_gym.evaluation.statistics import Estimate
 from ftac_gym.plots import style
 from ftac_gym.plots.style import COLORS, FAINT, INK, MUTED
 from ftac_gym.report.svg import PAPER

@@ -13,7 +13,15 @@ from matplotlib.figure import Figure
 
 from ftac_gym.evaluation import Evaluation, Row, fault_classes, rollout
 from ftac_gym.evaluation.files import CsvRows, write_episodes, write_figure, write_rows, write_summary
-from ftac_gym.evaluation.tables import Cells, kind_table, markdown, metric_tables, split_table
+from ftac_gym.evaluation.tables import (
+    Cells,
+    budget_table,
+    kind_table,
+    markdown,
+    metric_tables,
+    recovery_table,
+    split_table,
+)
 from ftac_gym.plots import episode as draw_episode
 from ftac_gym.plots import error_bands, prescribed_bound
 from ftac_gym.plots.fault_gallery import fault_gallery
@@ -59,12 +67,20 @@ def tables(
     """
     main = next(iter(rows))
     estimates, differences = metric_tables(rows[main], reference)
-    return {
-        f"{main}, {which} episodes: mean of success, interquartile mean of the rest, 95 % intervals": estimates,
+    splits = split_table(rows, episodes)
+    found = {
+        f"{main}, {which} episodes: mean of shares, interquartile mean of the rest, 95 % intervals": estimates,
         f"mean paired difference to {reference}, 95 % intervals": differences,
-        f"by split, {which} episodes: success, settling time, integrated error": split_table(rows, episodes),
-        "by what is wrong: mean success, median settling time": kind_table(evaluations, episodes),
+        f"by split, {which} and all drawn episodes: availability, success, settling time, integrated error": splits,
+        "by what is wrong: mean availability and success, median settling time": kind_table(evaluations, episodes),
+        f"{main}, pointing budgets over the last seconds, time and episodes together": budget_table(
+            evaluations[main], episodes[main].feasible
+        ),
+        f"{main}, recovery: share within 10 s, median, number of faults": recovery_table(
+            evaluations[main], episodes[main]
+        ),
     }
+    return {title: cells for title, cells in found.items() if len(cells) > 1}
 
 
 def drawings(
@@ -115,7 +131,7 @@ def drawings(
 
 def _onset_on_target(evaluation: Evaluation, episodes: Episodes) -> int:
     """Return the first feasible episode with the onset of a bias while the spacecraft is on target."""
-    on_target = ~np.isnan(evaluation.metrics["peak_after_fault"])
+    on_target = evaluation.recoveries.counted.any(axis=1)
     candidates = np.flatnonzero(on_target & episodes.feasible & (fault_classes(episodes) == "bias"))
     return int(candidates[0]) if candidates.size else 0
 

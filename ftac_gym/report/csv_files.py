@@ -24,8 +24,8 @@ def write_csv(results: Results, folder: Path) -> None:
     Numbers are written in full, those of single episodes to six digits.
     """
     tables = {
-        "summary": _estimates(results, "estimates"),
-        "differences": _estimates(results, "differences", reference=results.benchmark.reference),
+        "summary": _estimates(results, ("estimates", "drawn")),
+        "differences": _estimates(results, ("differences",), reference=results.benchmark.reference),
         "improvement": _improvement(results),
         "by_fault": _by_fault(results),
         "episodes": _episodes(results),
@@ -38,14 +38,16 @@ def _interval(item: Estimate) -> tuple[float, float, float, int, int, int]:
     return item.value, item.low, item.high, item.count, item.defined, item.total
 
 
-def _estimates(results: Results, kind: str, **labels: str) -> Iterator[Sequence[Any]]:
+def _estimates(results: Results, kinds: Sequence[str], **labels: str) -> Iterator[Sequence[Any]]:
     """Yield a heading, and the estimates or the differences of all entries; further columns before the metric."""
-    yield "split", "entry", "role", "tier", *labels, "metric", *_INTERVAL, "seeds"
+    yield "split", "entry", "role", "tier", *labels, "over", "metric", *_INTERVAL, "seeds"
     for split, rows in results.rows.items():
         for entry in results.benchmark.entries:
-            for metric, item in getattr(rows[entry.name], kind).items():
-                described = (split, entry.name, entry.role, entry.tier, *labels.values(), metric)
-                yield *described, *_interval(item), len(entry.policies)
+            described = split, entry.name, entry.role, entry.tier, *labels.values()
+            for kind in kinds:
+                over = "drawn" if kind == "drawn" else "feasible"
+                for metric, item in getattr(rows[entry.name], kind).items():
+                    yield *described, over, metric, *_interval(item), len(entry.policies)
 
 
 def _improvement(results: Results) -> Iterator[Sequence[Any]]:
@@ -56,10 +58,11 @@ def _improvement(results: Results) -> Iterator[Sequence[Any]]:
 
 
 def _by_fault(results: Results) -> Iterator[Sequence[Any]]:
-    yield "split", "faults", "episodes", "entry", "mean_success", "median_settling_time"
+    yield "split", "faults", "episodes", "entry", "mean_availability", "mean_success", "median_settling_time"
     for item in results.faults:
         for name, success in item.success.items():
-            yield item.split, item.kind, item.episodes, name, success, item.settling_time[name]
+            means = item.availability[name], success
+            yield item.split, item.kind, item.episodes, name, *means, item.settling_time[name]
 
 
 def _episodes(results: Results) -> Iterator[Sequence[Any]]:

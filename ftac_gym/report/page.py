@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from ftac_gym import __version__
-from ftac_gym.evaluation.metrics import UNITS
+from ftac_gym.evaluation.rows import COLUMN_UNITS, HEADLINES
 from ftac_gym.report import cells, provenance, results, worst
 from ftac_gym.report.results import Results
 from ftac_gym.report.svg import data_uri
@@ -38,7 +38,8 @@ def render(found: Results, pictures: Mapping[str, str]) -> str:
         images={name: data_uri(document) for name, document in pictures.items()},
         worst_episodes=worst.worst_episodes(found),
         version=__version__,
-        units=UNITS,
+        units=COLUMN_UNITS,
+        headlines=HEADLINES,
         cells=cells,
         provenance=provenance,
         results=results,

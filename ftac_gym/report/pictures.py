@@ -10,12 +10,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ftac_gym.evaluation.entries import Entry
-from ftac_gym.evaluation.metrics import UNITS
-from ftac_gym.evaluation.statistics import Curve
+from ftac_gym.evaluation.metrics import SHARES, UNITS
+from ftac_gym.evaluation.profiles import Curve
 from ftac_gym.evaluation.tables import INFEASIBLE
 from ftac_gym.plots.style import COLORS, INK, MUTED
 from ftac_gym.report import charts
-from ftac_gym.report.results import COMPARED, Results
+from ftac_gym.report.results import BY_SPLIT, COMPARED, Results
 from ftac_gym.report.svg import drawing, svg
 from ftac_gym.utils.parameters import FloatArray
 
@@ -33,7 +33,7 @@ def draw(results: Results) -> dict[str, str]:
         found = {"success_by_fault": _by_fault(results)}
         if results.profiles:
             found |= {"main": _main(results), "profiles": _profiles(results)}
-            found |= {f"{metric}_by_split": _by_split(results, metric) for metric in COMPARED}
+            found |= {f"{metric}_by_split": _by_split(results, metric) for metric in BY_SPLIT}
             if len(results.compared) > 1:
                 found |= {f"improvement_{metric}": _improvement(results, metric) for metric in COMPARED}
         if agents:
@@ -45,14 +45,14 @@ def _main(results: Results) -> Figure:
     rows, reference = results.rows[results.main], results.benchmark.reference
     columns = {
         f"{metric.replace('_', ' ')} [{UNITS[metric]}]": {name: rows[name].estimates[metric] for name in results.shown}
-        for metric in ("success", "settling_time")
+        for metric in ("availability", "success", "settling_time")
     }
     colors = {entry.name: _KINDS[_kind(entry)][2] for entry in results.entries()}
     return charts.intervals(columns, {**colors, reference: INK}, reference)
 
 
 def _by_split(results: Results, metric: str) -> Figure:
-    splits, share = list(results.rows), metric == "success"
+    splits, share = list(results.rows), metric in SHARES
     values = np.array(
         [[rows[name].estimates[metric].value for rows in results.rows.values()] for name in results.order]
     )

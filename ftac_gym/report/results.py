@@ -12,18 +12,31 @@ import numpy as np
 from ftac_gym.evaluation import statistics
 from ftac_gym.evaluation.benchmark import Benchmark
 from ftac_gym.evaluation.entries import Entry
-from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER, SHARES
-from ftac_gym.evaluation.rows import Row
-from ftac_gym.evaluation.statistics import Curve, Estimate, interquartile_mean, mean
+from ftac_gym.evaluation.metrics import HIGHER_IS_BETTER
+from ftac_gym.evaluation.profiles import Curve, performance_profile
+from ftac_gym.evaluation.rows import RECOVERED, Row, column_difference, column_estimate, headlines
+from ftac_gym.evaluation.statistics import Estimate
 from ftac_gym.evaluation.tables import episode_classes, judgement, ordered
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, require
 
-METRICS = ("availability", "success", "settling_time", "integrated_error", "recovery_time", "energy", "chatter")
-"""Metrics of the tables: of shares the mean, of the others the interquartile mean."""
+METRICS = (
+    "availability",
+    "success",
+    "settling_time",
+    RECOVERED,
+    "ape_95",
+    "integrated_error",
+    "energy",
+    "chatter",
+)
+"""Columns of the tables: of shares the mean, of the others the interquartile mean."""
 
 RELATIVE = "settling_time_relative"
 """A difference besides those of the metrics: the interquartile mean of settling times over the reference's, less 1."""
+
+BY_SPLIT = ("availability", "success", "settling_time")
+"""Metrics that are shown split by split."""
 
 COMPARED = ("settling_time", "success")
 """Metrics with a probability of improvement."""
@@ -43,13 +56,14 @@ class FaultClass:
     ----------
     split, kind, episodes
         The split, the kind, and the number of episodes.
-    success, settling_time
-        Mean success and median settling time [s], by entry.
+    availability, success, settling_time
+        Mean availability and success, and median settling time [s], by entry.
     """
 
     split: str
     kind: str
     episodes: int
+    availability: Mapping[str, float]
     success: Mapping[str, float]
     settling_time: Mapping[str, float]
 
@@ -163,16 +177,16 @@ def gather(benchmark: Benchmark) -> Results:
 
 
 def _row(benchmark: Benchmark, split: str, name: str) -> Row:
+    runs, chosen = benchmark.evaluations[split], benchmark.episodes[split].feasible
     estimates, differences = {}, {}
     for metric in METRICS:
-        found = feasible_values(benchmark, split, name, metric)
-        estimates[metric] = statistics.estimate(found, mean if metric in SHARES else interquartile_mean)
+        estimates[metric] = column_estimate(runs[name], metric, chosen)
         if name != benchmark.reference:
-            base = feasible_values(benchmark, split, benchmark.reference, metric)
-            differences[metric] = statistics.paired_difference(found, base)
-            if metric == "settling_time":
-                differences[RELATIVE] = statistics.relative_difference(found, base)
-    return Row(name, estimates, differences)
+            differences[metric] = column_difference(runs[name], runs[benchmark.reference], metric, chosen)
+    if name != benchmark.reference:
+        times = (feasible_values(benchmark, split, item, "settling_time") for item in (name, benchmark.reference))
+        differences[RELATIVE] = statistics.relative_difference(*times)
+    return Row(name, estimates, differences, headlines(runs[name]))
 
 
 def _rank(row: Row) -> tuple[float, float]:
@@ -184,14 +198,15 @@ def _by_fault(benchmark: Benchmark, split: str, names: Sequence[str]) -> Iterato
     kinds = episode_classes(benchmark.episodes[split])
     for kind in ordered(kinds):
         chosen = kinds == kind
-        success, settling = (
+        availability, success, settling = (
             {name: values(benchmark, split, name, metric)[:, chosen] for name in names}
-            for metric in ("success", "settling_time")
+            for metric in ("availability", "success", "settling_time")
         )
         yield FaultClass(
             split,
             kind,
             int(chosen.sum()),
+            {name: float(item.mean()) for name, item in availability.items()},
             {name: float(item.mean()) for name, item in success.items()},
             {name: float(np.median(item)) for name, item in settling.items()},
         )
@@ -217,6 +232,6 @@ def _profile(benchmark: Benchmark, split: str, name: str, band: bool) -> Curve:
     moments = np.linspace(0.0, duration, _MOMENTS)[:-1]
     times = feasible_values(benchmark, split, name, "settling_time")
     if band:
-        return statistics.performance_profile(times, moments, smaller_is_better=True)
+        return performance_profile(times, moments, smaller_is_better=True)
     share = (times.ravel() <= moments[:, None]).mean(axis=1)
     return Curve(moments, share, share, share, times.shape[1])

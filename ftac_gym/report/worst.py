@@ -19,7 +19,7 @@ from ftac_gym.utils.randomness import keys_from_seeds
 COUNT = 5
 """Episodes of each split."""
 
-SHOWN = ("success", "settling_time", "final_error", "integrated_error")
+SHOWN = ("availability", "success", "settling_time", "ape_95", "integrated_error")
 """Metrics that are listed."""
 
 _LOSSES = ("integrated_error", "settling_time")

@@ -41,6 +41,8 @@ def assert_same(benchmark, alone):
             for one, other in zip(seeds, alone.evaluations[split][name], strict=True):
                 assert one.policy == other.policy == name
                 np.testing.assert_array_equal(one.attitude_error, other.attitude_error)
+                np.testing.assert_array_equal(one.relative_error, other.relative_error)
+                np.testing.assert_array_equal(one.recoveries.time, other.recoveries.time)
                 for metric, values in one.metrics.items():
                     np.testing.assert_array_equal(values, other.metrics[metric], err_msg=f"{split} {name} {metric}")
 

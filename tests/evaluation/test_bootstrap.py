@@ -13,9 +13,9 @@ from scipy import stats
 
 from ftac_gym.evaluation import estimate, interquartile_mean, paired_difference
 from ftac_gym.evaluation.bootstrap import RESAMPLES
+from ftac_gym.evaluation.profiles import performance_profile
 from ftac_gym.evaluation.statistics import (
     mean,
-    performance_profile,
     probability_of_improvement,
     relative_difference,
 )

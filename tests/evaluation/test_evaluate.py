@@ -33,14 +33,20 @@ def assert_same(first, second, exact=True):
     tolerance = {"rtol": 0.0, "atol": 0.0} if exact else {"rtol": 1e-7, "atol": 1e-9}
     for name, values in first.metrics.items():
         np.testing.assert_allclose(second.metrics[name], values, **tolerance, err_msg=name)
-    np.testing.assert_allclose(second.attitude_error, first.attitude_error, rtol=0.0 if exact else 1e-5, atol=1e-7)
+    for name in ("attitude_error", "relative_error"):
+        values, others = getattr(first, name), getattr(second, name)
+        np.testing.assert_allclose(others, values, rtol=0.0 if exact else 1e-5, atol=1e-7, err_msg=name)
+    for name in ("kind", "onset", "time", "recovered", "peak"):
+        values, others = (getattr(item.recoveries, name) for item in (first, second))
+        np.testing.assert_allclose(others, values, **tolerance, err_msg=name)
 
 
 def test_an_evaluation_is_a_rollout(small_batches):
     finished = []
     evaluation = evaluate(SHORT, "pd", EPISODES, progress=finished.append)
     history = rollout(SHORT, "pd", EPISODES)
-    assert_same(evaluation, Evaluation("pd", history.metrics(), np.degrees(history.attitude_error)), exact=False)
+    errors = np.degrees(history.attitude_error), np.degrees(history.relative_error)
+    assert_same(evaluation, Evaluation("pd", history.metrics(), *errors, history.recoveries()), exact=False)
     assert evaluation.attitude_error.dtype == np.float32 and evaluation.attitude_error.shape == (51, 7)
     assert small_batches == finished == [3, 3, 1]
 

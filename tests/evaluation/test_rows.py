@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from helpers.evaluations import evaluation
 
 from ftac_gym import scenarios
-from ftac_gym.evaluation import Evaluation, fault_classes, tabulate
+from ftac_gym.evaluation import fault_classes, tabulate
 from ftac_gym.evaluation.metrics import UNITS
-from ftac_gym.evaluation.rows import ERROR_AND_VIBRATION, TABLE_METRICS
+from ftac_gym.evaluation.rows import ERROR_AND_VIBRATION, HEADLINES, RECOVERED, TABLE_METRICS
 from ftac_gym.faults import (
     Bias,
     FaultDistribution,
@@ -41,9 +42,10 @@ def synthetic(name, shift, count=60):
     """Return an evaluation whose metrics share their luck with all others."""
     luck = np.random.default_rng(0).exponential(5.0, count)
     metrics = dict.fromkeys(UNITS, luck + shift)
+    metrics["availability"], metrics["bound_kept"] = np.exp(-luck / 50.0), (luck < 9.0).astype(float)
     metrics["success"] = (luck < 5.0 + shift).astype(float)
-    metrics["recovery_time"] = np.where(np.arange(count) % 2 == 0, metrics["recovery_time"], np.nan)
-    return Evaluation(name, metrics, np.zeros((3, count), dtype=np.float32))
+    times = np.where(np.arange(count) % 2 == 0, luck + shift, np.nan)
+    return evaluation(name, metrics, np.zeros((3, count)), times)
 
 
 def test_estimates_and_differences():
@@ -54,7 +56,7 @@ def test_estimates_and_differences():
     assert set(new.estimates) == set(old.estimates) == {*TABLE_METRICS, ERROR_AND_VIBRATION}
     assert set(new.differences) == {*TABLE_METRICS, ERROR_AND_VIBRATION} and not old.differences
     assert new.differences["energy"].value == pytest.approx(0.5) and new.differences["energy"].excludes_zero
-    assert new.differences["recovery_time"].count == 30
+    assert new.differences[RECOVERED].count == 30
     share = synthetic("old", 0.0).metrics["success"].mean()
     assert old.estimates["success"].value == pytest.approx(share)
     assert old.estimates["energy"].value < synthetic("old", 0.0).metrics["energy"].mean()  # robust against the tail
@@ -62,10 +64,14 @@ def test_estimates_and_differences():
 
 def test_the_table_counts_only_the_chosen():
     chosen = np.arange(60) < 20
-    evaluation = synthetic("only", 0.0)
-    (row,) = tabulate([evaluation], "only", chosen)
-    assert row.estimates["success"].value == pytest.approx(evaluation.metrics["success"][:20].mean())
-    assert row.estimates["energy"].count == 20 and row.estimates["recovery_time"].count == 10
+    item = synthetic("only", 0.0)
+    (row,) = tabulate([item], "only", chosen)
+    assert row.estimates["success"].value == pytest.approx(item.metrics["success"][:20].mean())
+    assert row.estimates["energy"].count == 20 and row.estimates[RECOVERED].count == 10
+    assert row.drawn["success"].value == pytest.approx(item.metrics["success"].mean())
+    assert set(row.drawn) == set(HEADLINES) and row.drawn["availability"].count == 60
+    quick = item.recoveries.time[:20:2] <= 10.0
+    assert row.estimates[RECOVERED].value == pytest.approx(quick.mean())
 
 
 def test_the_table_refuses_an_unknown_reference():

@@ -4,9 +4,9 @@ import csv
 from dataclasses import replace
 
 import numpy as np
+from helpers.evaluations import evaluation as made
 
 from ftac_gym import scenarios
-from ftac_gym.evaluation import Evaluation
 from ftac_gym.evaluation.benchmark import Benchmark, Entry
 from ftac_gym.evaluation.metrics import UNITS
 from ftac_gym.policies import DeferredBaseline
@@ -23,9 +23,11 @@ def evaluation(name, episodes, random, pace):
     settling = np.minimum(random.gamma(9.0, pace / 9.0, count), DURATION)
     metrics = {metric: random.gamma(4.0, 0.25 * pace, count) for metric in UNITS}
     metrics |= {"settling_time": settling, "success": (random.random(count) > 0.01 * pace).astype(float)}
-    metrics["recovery_time"] = np.where(random.random(count) < 0.6, np.nan, metrics["recovery_time"])
+    metrics |= {"availability": np.clip(1.0 - settling / 120.0, 0.0, 1.0), "bound_kept": np.full(count, np.nan)}
+    metrics["peak_after_fault"] = np.where(random.random(count) < 0.6, np.nan, metrics["peak_after_fault"])
+    times = np.where(random.random(count) < 0.6, np.nan, random.gamma(4.0, 0.05 * pace, count))
     metrics["jitter"] = np.full(count, np.nan)
-    return Evaluation(name, metrics, np.zeros((1, count), dtype=np.float32))
+    return made(name, metrics, np.zeros((1, count)), times)
 
 
 def agent(name, seeds=3, tier="attitude", **changes):

@@ -5,8 +5,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from helpers.evaluations import evaluation
 
-from ftac_gym.evaluation import Evaluation
 from ftac_gym.plots import COLORS, FLOOR, error_bands, error_percentiles
 
 RANDOM = np.random.default_rng(0)
@@ -15,7 +15,7 @@ CHOSEN = np.arange(21) % 3 != 0
 
 def evaluations(count):
     errors = [10.0 ** RANDOM.uniform(-5.0, 2.0, (31, 21)).astype(np.float32) for _ in range(count)]
-    return [Evaluation(f"policy $_{number}", {}, error) for number, error in enumerate(errors)]
+    return [evaluation(f"policy $_{number}", {}, error) for number, error in enumerate(errors)]
 
 
 def middle(item):
@@ -91,6 +91,6 @@ def test_refused(changes, message):
 
 
 def test_policies_of_other_episodes_are_refused():
-    items = [*evaluations(1), Evaluation("short", {}, np.ones((30, 21), np.float32))]
+    items = [*evaluations(1), evaluation("short", {}, np.ones((30, 21)))]
     with pytest.raises(ValueError, match=r"evaluations must all have an error of shape \(31, 21\), got \(30, 21\)"):
         error_bands(items, 0.5, 0.1, CHOSEN)

@@ -6,10 +6,11 @@ from itertools import pairwise
 import matplotlib
 import numpy as np
 import pytest
+from helpers.evaluations import evaluation
 from matplotlib.colors import to_rgb
 
 from ftac_gym import scenarios
-from ftac_gym.evaluation import Evaluation, rollout
+from ftac_gym.evaluation import rollout
 from ftac_gym.faults import Bias, FaultSchedule, LossOfEffectiveness
 from ftac_gym.plots import (
     COLORS,
@@ -83,8 +84,8 @@ def test_figures_leave_settings_and_random_numbers_alone(tmp_path):
     settings, state = copy.deepcopy(dict(matplotlib.rcParams)), copy.deepcopy(np.random.get_state())  # noqa: NPY002
     figures = [
         episode({"a": history}),
-        error_bands([Evaluation("a", {}, error)], 0.1, 0.1, np.array([True])),
-        error_bands([Evaluation("a", {}, error)], 0.1, 0.1, np.array([True]), overlay=True),
+        error_bands([evaluation("a", {}, error)], 0.1, 0.1, np.array([True])),
+        error_bands([evaluation("a", {}, error)], 0.1, 0.1, np.array([True]), overlay=True),
         fault_estimates(estimates),
         torque_estimates(estimates),
         wheel_envelope({"healthy": torque_polytope(history.scenario.spacecraft.wheels)}),
