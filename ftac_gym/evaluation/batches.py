@@ -1,6 +1,7 @@
 """Evaluation of a policy in batches of episodes, whose stored results survive a kill."""
 
 import hashlib
+import math
 import warnings
 import zipfile
 import zlib
@@ -155,7 +156,7 @@ class Batch:
     def _checked(self, result: BatchResult) -> BatchResult:
         count = len(self.episodes)
         samples = self.scenario.horizon + 1
-        faults = self.episodes.faults[0].size + self.episodes.sensor_faults.shape[1]
+        faults = math.prod(self.episodes.faults.shape[1:]) + self.episodes.sensor_faults.shape[1]
         types: dict[str, tuple[tuple[int, ...], str]] = dict.fromkeys(UNITS, ((count,), "float64"))
         types["attitude_error"] = ((samples, count), "float32")
         types["relative_error"] = ((min(success_steps(self.scenario), samples), count), "float32")

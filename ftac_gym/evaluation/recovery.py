@@ -56,8 +56,8 @@ def recovered_within(runs: Sequence[Recoveries], chosen: _Mask, limit: float = L
 
     Returns
     -------
-    The estimate: ``count`` is the number of episodes with a fault, ``total`` that of all faults over all seeds, and
-    ``defined`` that of the faults with a recovery that was seen, at any time, or a view of at least the limit.
+    The estimate: ``count`` is the number of episodes with a fault, and ``total`` that of all faults over all seeds. Of
+    these ``defined`` were recovered in view, or not recovered within the limit.
     """
     faults = _Faults(runs, chosen)
     count = len(np.unique(faults.episode))
@@ -97,7 +97,7 @@ def recovered_difference(
     counts = count, *(min(len(item.time) for item in both),) * 2
     low, high = map(float, ends(drawn))
     if low == high:
-        low, high = newcombe_ends(*values, min(len(np.unique(item.episode)) for item in both))
+        low, high = newcombe_ends(values[0], values[1], min(len(np.unique(item.episode)) for item in both))
     return Estimate(float(values[0] - values[1]), low, high, *counts)
 
 

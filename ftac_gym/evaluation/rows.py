@@ -111,9 +111,10 @@ def column_difference(
 ) -> Estimate:
     """Estimate the difference of a column to that of the reference; parameters as for :func:`column_estimate`."""
     if column == RECOVERED:
-        return recovered_difference(*([item.recoveries for item in part] for part in (runs, reference)), chosen)
-    values = (_values(part, column, chosen) for part in (runs, reference))
-    return paired_difference(*values, share if column in SHARES else mean)
+        own, others = ([item.recoveries for item in part] for part in (runs, reference))
+        return recovered_difference(own, others, chosen)
+    first, second = (_values(part, column, chosen) for part in (runs, reference))
+    return paired_difference(first, second, share if column in SHARES else mean)
 
 
 def headlines(runs: Sequence[Evaluation]) -> dict[str, Estimate]:

@@ -1,10 +1,10 @@
 """Intervals of shares and of their paired differences that cover near zero and one too.
 
 A percentile bootstrap of equal values has no width: of 500 successes in 500 episodes it says "1 to 1". Shares have
-Wilson's interval instead, and paired differences that of Bonett and Price 2012 (J. Educ. Behav. Stat. 37(4), Eq. 4).
+Wilson's interval instead, and paired differences that of Bonett and Price 2012 (J. Educ. Behav. Stat. 37(4)).
 Both need a number of independent episodes. For a single run it is that of the episodes. For several training seeds, and
-for shares of time, it is the number that has the variance of the bootstrap over seeds and episodes, or that of the
-episodes where all values are equal.
+for shares of time, it is the number with the variance of the bootstrap over seeds and episodes. Where all values are
+equal, it is that of the episodes.
 """
 
 from __future__ import annotations

@@ -144,8 +144,8 @@ def _main_metrics(row: Row) -> str:
 def recovery_table(evaluations: Sequence[Evaluation], episodes: Episodes) -> Cells:
     """Return the recovery from faults of feasible episodes, for all faults and by their kind.
 
-    Each cell has the share recovered within ten seconds, the median time, and the faults behind them: those that occur
-    on target, and the censored ones of them. A median beyond all recoveries is "never".
+    Each cell has the share recovered within ten seconds and the median time. In brackets are the number of faults that
+    occur on target, and that of the censored ones. A median beyond all recoveries is "never".
 
     Parameters
     ----------

@@ -184,8 +184,8 @@ def _row(benchmark: Benchmark, split: str, name: str) -> Row:
         if name != benchmark.reference:
             differences[metric] = column_difference(runs[name], runs[benchmark.reference], metric, chosen)
     if name != benchmark.reference:
-        times = (feasible_values(benchmark, split, item, "settling_time") for item in (name, benchmark.reference))
-        differences[RELATIVE] = statistics.relative_difference(*times)
+        own, base = (feasible_values(benchmark, split, item, "settling_time") for item in (name, benchmark.reference))
+        differences[RELATIVE] = statistics.relative_difference(own, base)
     return Row(name, estimates, differences, headlines(runs[name]))
 
 

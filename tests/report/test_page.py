@@ -50,8 +50,8 @@ def test_the_page_needs_nothing_else(folder, page):
 def test_figures_lie_beside_the_page(folder, page):
     names = {path.stem for path in (folder / "figures").glob("*.svg")}
     assert names == {
-        "main", "success_by_split", "settling_time_by_split", "success_by_fault", "improvement_settling_time",
-        "improvement_success", "profiles", "training",
+        "main", "availability_by_split", "success_by_split", "settling_time_by_split", "success_by_fault", "profiles",
+        "improvement_settling_time", "improvement_success", "training",
     }  # fmt: skip
     assert sum(tag == "figure" for tag, _ in page.elements) == len(names)
     files = {path.read_text() for path in (folder / "figures").glob("*.svg")}
@@ -64,7 +64,7 @@ def test_figures_lie_beside_the_page(folder, page):
 
 def test_images_have_texts(page):
     texts = list(images(page))
-    assert len(texts) == len(set(texts)) == 8 and all(len(text.split()) > 8 for text in texts)
+    assert len(texts) == len(set(texts)) == 9 and all(len(text.split()) > 8 for text in texts)
 
 
 def test_the_same_benchmark_gives_the_same_files(flown, folder, tmp_path):

@@ -24,7 +24,16 @@ def test_tables_hold_the_statistics_of_the_evaluations(flown, page):
         table, split = page.table(heading), heading.rpartition(" ")[2]
         assert set(table) == names
         for name, row in table.items():
-            for metric in ("success", "settling_time", "integrated_error", "recovery_time", "energy", "chatter"):
+            assert "recovered within 10 s" in row
+            for metric in (
+                "availability",
+                "success",
+                "settling_time",
+                "ape_95",
+                "integrated_error",
+                "energy",
+                "chatter",
+            ):
                 cell = row[metric.replace("_", " ")]
                 expected = point(feasible(flown, split, name, metric), metric)
                 assert shown(cell) == pytest.approx(expected, rel=6e-3), (name, metric)
@@ -44,13 +53,13 @@ def test_differences_are_means_over_pairs_and_marked_where_their_interval_exclud
     ends = {(row["entry"], row["metric"]): row for row in lines if row["split"] == "flagship"}
     marks = set()
     for name, row in table.items():
-        for metric in ("success", "settling_time", "recovery_time", "chatter"):
+        for metric in ("availability", "success", "settling_time", "ape_95", "chatter"):
             pairs = feasible(flown, "flagship", name, metric) - feasible(flown, "flagship", "pd_dob tuned", metric)
             cell, line = row[metric.replace("_", " ")], ends[name, metric]
             assert float(cell["key"]) == pytest.approx(np.nanmean(pairs)) == float(line["value"])
             low, high = float(line["low"]), float(line["high"])
-            good = low > 0.0 if metric == "success" else high < 0.0
-            bad = high < 0.0 if metric == "success" else low > 0.0
+            higher = metric in ("availability", "success")
+            good, bad = (low > 0.0, high < 0.0) if higher else (high < 0.0, low > 0.0)
             assert cell["class"] == ("better" if good else "worse" if bad else "")
             assert ("better" in cell["text"], "worse" in cell["text"]) == (good, bad)
             marks.add(cell["class"])
@@ -63,16 +72,28 @@ def test_differences_are_means_over_pairs_and_marked_where_their_interval_exclud
 
 def test_csv_files_hold_the_same_numbers(flown, folder, page):
     summary = read(folder / "summary.csv")
-    assert len(summary) == len(SPLITS) * len(ENTRIES) * 7
+    assert len(summary) == len(SPLITS) * len(ENTRIES) * (8 + 2)
+    assert sum(line["over"] == "drawn" for line in summary) == len(SPLITS) * len(ENTRIES) * 2
     for line in summary:
+        if line["metric"] == "recovered_within_10_s":
+            runs = [item.recoveries for item in flown.evaluations[line["split"]][line["entry"]]]
+            chosen = flown.episodes[line["split"]].feasible
+            times = np.concatenate([item.time[chosen] for item in runs])
+            assert float(line["value"]) == pytest.approx((times[~np.isnan(times)] <= 10.0).mean())
+            assert int(line["total"]) == np.count_nonzero(~np.isnan(times))
+            continue
         values = feasible(flown, line["split"], line["entry"], line["metric"])
+        if line["over"] == "drawn":
+            values = np.array(
+                [item.metrics[line["metric"]] for item in flown.evaluations[line["split"]][line["entry"]]]
+            )
         assert float(line["value"]) == pytest.approx(point(values, line["metric"]))
         assert float(line["low"]) <= float(line["value"]) <= float(line["high"])
         assert int(line["episodes"]) == (~np.isnan(values)).any(axis=0).sum() and int(line["seeds"]) == len(values)
         assert (int(line["defined"]), int(line["total"])) == ((~np.isnan(values)).sum(), values.size)
     table = page.table("Success by split, in numbers with intervals")
     for line in summary:
-        if line["metric"] == "success" and line["split"] == "flagship_double":
+        if (line["metric"], line["split"], line["over"]) == ("success", "flagship_double", "feasible"):
             assert float(table[line["entry"]]["flagship_double"]["key"]) == float(line["value"])
 
 
@@ -99,9 +120,9 @@ def test_kinds_of_faults_are_apart_from_infeasible_episodes(flown, folder, page)
     assert int(line["episodes"]) == infeasible.sum()
     assert float(line["mean_success"]) == pytest.approx(success.mean())
     assert float(line["median_settling_time"]) == pytest.approx(np.median(settling))
-    cell = page.table("flagship_double: mean success, median settling time")["swift"]["infeasible"]
+    cell = page.table("flagship_double: mean success, mean availability, median settling time")["swift"]["infeasible"]
     assert shown(cell) == pytest.approx(success.mean(), abs=0.005)
-    assert float(cell["note"].removesuffix(" s")) == pytest.approx(np.median(settling), abs=0.05)
+    assert float(cell["note"].partition(",")[2].removesuffix(" s")) == pytest.approx(np.median(settling), abs=0.05)
     counted = sum(int(row["episodes"]) for key, row in lines.items() if key[0] == "flagship" and key[2] == "pd")
     assert counted == len(EPISODES["flagship"])
 

@@ -1,7 +1,7 @@
 """Pointing error budgets after ECSS-E-ST-60-10C (2008), over the window of the last ``success.hold`` seconds.
 
-The error is the rotation vector of the attitude error, e(t). The *absolute* performance error (APE) is ``|e(t)|``, the
-*mean* performance error (MPE) is the length of its mean over the window, and the *relative* performance error (RPE) is
+The error is the rotation vector of the attitude error, e(t). The *absolute* performance error (APE) is ``|e(t)|``. The
+*mean* performance error (MPE) is the length of the mean of e over the window. The *relative* performance error (RPE) is
 ``|e(t) - mean e|``. The values of one episode are those of the standard's *temporal* interpretation: the level that the
 error stays below for so much of the time. Over all episodes, :func:`pointing_budgets` pools the samples: the *mixed*
 interpretation, over time and ensemble together.

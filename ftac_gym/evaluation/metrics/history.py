@@ -70,7 +70,7 @@ class Rollout:
 
     @property
     def on_target(self) -> npt.NDArray[np.bool_]:
-        """Whether each spacecraft is inside the cone and slow, (T + 1, N)."""
+        """Mask of the spacecraft that are on target, inside the cone and slow, (T + 1, N)."""
         success = self.scenario.success
         return (self.attitude_error < success.angle) & (self.rate_error < success.rate)
 

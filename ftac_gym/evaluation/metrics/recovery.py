@@ -1,16 +1,16 @@
 """Recovery from each fault of an episode.
 
-A fault counts if the spacecraft was on target at some moment of the second before its onset, and if its faults then do
-not change for at least a second. Faults that act from the start do not count. Faults with the same onset are one.
+A fault counts if the spacecraft was on target at some moment of the second before its onset. The faults must not change
+again for at least a second. Faults that act from the start do not count. Faults with the same onset are one.
 
 The *next change* is the onset of a later fault, or the end of another one; it ends the view on a fault. A later
 disaster thus neither lengthens nor shortens an earlier recovery. The end of the fault itself does not end the view.
 
 An *excursion* is a loss of the target for a second or more, until the spacecraft stays on target for a second. A
 shorter loss is taken for noise. The recovery time lasts from the onset to the end of the first excursion, and is zero
-without one. It is *censored* if the excursion does not end before the next change, or before the end of the episode:
-the recovery takes longer than that. So does a loss of the target that has just begun there. Shares and medians of such
-times are in :mod:`ftac_gym.evaluation.recovery`.
+without one. It is *censored* if the excursion does not end before the next change or the end of the episode: the
+recovery takes longer than that. A loss of the target that has just begun there counts as such an excursion. Shares and
+medians of such times are in :mod:`ftac_gym.evaluation.recovery`.
 
 ===================== ==================================================================================================
 ``peak_after_fault``  largest pointing error from the onset of a fault to the next change, of all faults that count
@@ -20,6 +20,7 @@ times are in :mod:`ftac_gym.evaluation.recovery`.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -91,10 +92,11 @@ def recoveries(
     duration = (len(on_target) - 1) * control_period
     least = max(int(np.ceil(SUSTAINED / control_period - 1e-9)), 1)
     found = Recoveries(
-        np.zeros(kind.shape, dtype=np.int64),
-        *(np.full(kind.shape, np.nan) for _ in range(2)),
-        np.zeros(kind.shape, dtype=np.bool_),
-        np.full(kind.shape, np.nan),
+        kind=np.zeros(kind.shape, dtype=np.int64),
+        onset=np.full(kind.shape, np.nan),
+        time=np.full(kind.shape, np.nan),
+        recovered=np.zeros(kind.shape, dtype=np.bool_),
+        peak=np.full(kind.shape, np.nan),
     )
     for episode, fault in np.argwhere((kind > 0) & (onset > 0.0) & (onset < duration)):
         start, end = onset[episode, fault], min(change[episode, fault], duration)
@@ -118,7 +120,8 @@ def fault_changes(episodes: Episodes) -> tuple[npt.NDArray[np.int64], FloatArray
     Kind 0 stands for no fault, and for one with the same onset as the fault before it. An onset without a fault, and a
     change that does not come, are infinite.
     """
-    tables = [episodes.faults.reshape(len(episodes), -1), episodes.sensor_faults]
+    count = len(episodes)
+    tables = [table.reshape(count, math.prod(table.shape[1:])) for table in (episodes.faults, episodes.sensor_faults)]
     kind, onset, recovery, fall = (
         np.concatenate([table[name] for table in tables], axis=1) for name in ("kind", "onset", "recovery", "fall")
     )

@@ -54,7 +54,7 @@ def test_a_later_fault_neither_shortens_nor_lengthens_a_recovery():
     # Recovered before the disaster, and lost for good after it.
     lost = [*SLEW, (31, 4.0), (45, 0.5), (61, 90.0)]
     assert found(lost, faults=[early, disaster]) == [(3.0, 1.5, True, 4.0), (6.0, 4.0, False, 90.0)]
-    # Not recovered before it: censored there, and the disaster does not strike on target.
+    # Not recovered before it: censored there, and the disaster does not count.
     late = [*SLEW, (31, 4.0), (70, 0.5)]
     assert found(late, faults=[disaster, early]) == [(3.0, 3.0, False, 4.0)]
 
