@@ -25,21 +25,22 @@ from ftac_gym.utils.parameters import FloatArray, positive
 class PDGains(AttitudeFilterGains):
     """Gains of :class:`PD`.
 
-    The sampled rate loop of a 10 Hz controller is stable below a rate gain of 20 1/s. The search up to 8 1/s keeps a
-    gain margin of 8 dB, a part of which the observer uses.
+    With one control period of loop delay, the sampled rate loop of a 10 Hz controller is stable below a rate gain of
+    10 1/s. Filter and observer use a part of that margin; the search goes up to 8 1/s. The values are those that it found
+    on the flagship.
     """
 
     braking_share: float = parameter(
-        0.7234, "Share of the available deceleration", "", at_most(1.0), Range(0.2, 1.0), (0.4, 1.0)
+        0.7066, "Share of the available deceleration", "", at_most(1.0), Range(0.2, 1.0), (0.4, 1.0)
     )
     rate_limit: float = parameter(
-        0.1659, "Largest commanded slew rate", "rad/s", positive, Range(0.05, 0.3), schedule=(0.08, 0.3)
+        0.1743, "Largest commanded slew rate", "rad/s", positive, Range(0.05, 0.3), schedule=(0.08, 0.3)
     )
-    rate_gain: float = parameter(7.7145, "c_d", "1/s", positive, Range(0.5, 8.0), schedule=(3.0, 9.5))
+    rate_gain: float = parameter(6.162, "c_d", "1/s", positive, Range(0.5, 8.0), schedule=(2.0, 8.0))
     position_gain: float = parameter(
-        3.9498, "c_p", "1/s", positive, Range(0.1, 0.8), (0.2, 0.8), Share("position_share", of="rate_gain")
+        2.484, "c_p", "1/s", positive, Range(0.1, 0.8), (0.2, 0.8), Share("position_share", of="rate_gain")
     )
-    attitude_filter_time: float = changed(AttitudeFilterGains, "attitude_filter_time", 1.7035, search=Range(0.1, 5.0))
+    attitude_filter_time: float = changed(AttitudeFilterGains, "attitude_filter_time", 3.008, search=Range(0.1, 5.0))
     allocation: str = parameter("minimax", "Allocation to the wheels", rule=choice("minimax", "pseudo_inverse"))
     telemetry: bool = parameter(False, "Whether the gyroscopic torque uses the measured wheel momentum", rule=flag)
 
@@ -111,7 +112,7 @@ class PD(DirectController):
 class PDDisturbanceObserverGains(PDGains):
     """Gains of :class:`PDDisturbanceObserver`."""
 
-    bandwidth: float = parameter(4.5602, "Bandwidth of the observer", "rad/s", positive, Range(0.2, 5.0), (0.5, 20.0))
+    bandwidth: float = parameter(0.3897, "Bandwidth of the observer", "rad/s", positive, Range(0.2, 5.0), (0.2, 5.0))
 
 
 class PDDisturbanceObserver(PD):
