@@ -90,7 +90,17 @@ def best_agent(path: Path) -> Path:
     The episodes of these evaluations are those of the validation: neither training nor test has them.
     """
 
-    def mean_return(agent: Path) -> float:
-        return max((row["mean_return"] for row in training_curve(agent)), default=-math.inf)
+    def best_score(agent: Path) -> tuple[float, float]:
+        return max(map(score, training_curve(agent)), default=(-math.inf, -math.inf))
 
-    return max(agent_folders(path), key=mean_return)
+    return max(agent_folders(path), key=best_score)
+
+
+def score(row: Mapping[str, float]) -> tuple[float, float]:
+    """Return what agents are compared by in their evaluations: the mean availability, and the mean return in a tie.
+
+    Both are minus infinity where no episode was feasible, or where the table has no such column.
+    """
+    values = (row.get("availability", -math.inf), row["mean_return"])
+    availability, mean_return = (-math.inf if math.isnan(value) else value for value in values)
+    return availability, mean_return

@@ -204,8 +204,9 @@ def train(config: Config) -> None:
 
 def report(steps: int, metrics: Mapping[str, float]) -> None:
     """Print a line on an evaluation: its flights are deterministic, on the episodes that pick the best agent."""
-    share, mean = metrics["success"], metrics["mean_return"]
-    print(f"after {steps:,} decisions: mean return {mean:.1f}, success {share:.3f} (deterministic)", flush=True)
+    on_target, share, mean = metrics["availability"], metrics["success"], metrics["mean_return"]
+    scores = f"availability {on_target:.3f}, success {share:.3f}, mean return {mean:.1f}"
+    print(f"after {steps:,} decisions: {scores} (deterministic)", flush=True)
 
 
 def start(config: Config) -> None:

@@ -62,8 +62,9 @@ class Schedule:
 class TrainingCallback(BaseCallback):
     """Checkpoints and evaluations between rollouts; the best agent so far is kept in the folder ``agent``.
 
-    The best agent has the largest mean return in the evaluations, which are on validation episodes: neither the
-    training nor the test uses them. The first checkpoint is of the start, so that every killed run can be resumed.
+    The best agent has the largest mean availability in the evaluations, and in a tie the largest return. They are on
+    validation episodes: neither the training nor the test uses them. The first checkpoint is of the start, so that
+    every killed run can be resumed.
 
     Parameters
     ----------

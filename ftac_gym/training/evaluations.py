@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from ftac_gym.agents.shipped import EVALUATIONS_FILE, evaluations
+from ftac_gym.agents.shipped import EVALUATIONS_FILE, evaluations, score
 from ftac_gym.agents.storage import CARD_FILE, read_card
 from ftac_gym.evaluation.files import write_rows
 from ftac_gym.utils.files import reading, replacing
@@ -41,10 +41,10 @@ class Evaluations:
         self._path = folder / EVALUATIONS_FILE
         _drop_torn_line(self._path)
         self._rows = {int(row["steps"]): row for row in evaluations(folder) if row["steps"] <= steps}
-        self._best: float | None = None
+        self._best: tuple[float, float] | None = None
         if (folder / AGENT / CARD_FILE).exists():
             best = _evaluation_of(folder / AGENT)
-            self._best = _score(best)
+            self._best = score(best)
             self._rows[int(best["steps"])] = best
 
     def add(self, steps: int, metrics: Mapping[str, float], save: Callable[[dict[str, Any]], None]) -> None:
@@ -61,10 +61,10 @@ class Evaluations:
         """
         row = {"steps": float(steps), **metrics}
         # The first agent is saved even if no evaluation episode was feasible.
-        if self._best is None or _score(row) > self._best:
+        if self._best is None or score(row) > self._best:
             # JSON has no NaN.
             save({name: value if math.isfinite(value) else None for name, value in metrics.items()})
-            self._best = _score(row)
+            self._best = score(row)
             # A row of later steps was that of the agent before.
             self._rows = {key: value for key, value in self._rows.items() if key < steps} | {steps: row}
         self._rows.setdefault(steps, row)
@@ -74,11 +74,6 @@ class Evaluations:
         rows = [{**self._rows[steps], "steps": steps} for steps in sorted(self._rows)]
         names = list(dict.fromkeys(name for row in rows for name in row))
         write_rows(self._path, [names, *([row.get(name, "nan") for name in names] for row in rows)])
-
-
-def _score(row: Mapping[str, float]) -> float:
-    """Return the mean return, by which agents are compared; minus infinity without feasible episodes."""
-    return -math.inf if math.isnan(row["mean_return"]) else row["mean_return"]
 
 
 def _evaluation_of(agent: Path) -> dict[str, float]:

@@ -26,8 +26,8 @@ class PDGains(AttitudeFilterGains):
     """Gains of :class:`PD`.
 
     With one control period of loop delay, the sampled rate loop of a 10 Hz controller is stable below a rate gain of
-    10 1/s. Filter and observer use a part of that margin; the search goes up to 8 1/s. The values are those that it found
-    on the flagship.
+    10 1/s. Filter and observer use a part of that margin; the search goes up to 8 1/s. The values are those that it
+    found on the flagship.
     """
 
     braking_share: float = parameter(
