@@ -35,7 +35,8 @@ def warn_of_long_period(baseline: Baseline) -> None:
     A baseline with the same arguments is judged once in a process.
 
     Three spacecraft start at rest relative to the reference, each half the success cone off about one body axis. There
-    are no faults, no disturbance, no sensor errors and no differences from the nominal parameters. The warning needs
+    are no faults, no disturbance, no sensor errors and no differences from the nominal parameters. The loop has its
+    nominal delay. The warning needs
     both, at the end of the flight: a spacecraft off target, and wheel commands that reverse from call to call. A slow
     or loose controller is off target without reversals, and a chattering one reverses on target.
 
@@ -72,8 +73,10 @@ def _judgement(kind: type[Baseline], args: tuple[Any, ...], kwargs: dict[str, An
     change = float(np.abs(np.diff(commands, axis=0)).mean(axis=0).max())
     if not off_target or change <= REVERSALS:
         return ""
+    given = baseline.scenario
+    delay = f" with a loop delay of {given.loop_delay:g} s" if given.loop_delay else ""
     return (
-        f"{type(baseline).__name__}: the control period of {baseline.scenario.control_period:g} s is too long for its "
+        f"{type(baseline).__name__}: the control period of {given.control_period:g} s{delay} is too long for its "
         f"gains: without faults and noise, from {SHARE:g} of the success cone, its commands reverse "
         "from call to call and the spacecraft is not on target; take a shorter period or lower gains"
     )
@@ -85,7 +88,8 @@ def _flight(baseline: Baseline) -> tuple[FloatArray, FloatArray, FloatArray]:
     from ftac_gym.task.initial_state import InitialState
 
     given = baseline.scenario
-    scenario = given.replace(initial_state=InitialState.fixed(), **dict.fromkeys(_NOMINAL))
+    nominal = dict.fromkeys(_NOMINAL)
+    scenario = given.replace(initial_state=InitialState.fixed(), extra_delay=0, **nominal)
     simulator, episodes = Simulator(scenario, 3), scenario.draw(0, 3)
     simulator.reset(episodes)
     offset = quaternion_from_rotation_vector(SHARE * given.success.angle * np.eye(3))

@@ -15,7 +15,7 @@ from ftac_gym.policies import DeferredBaseline
 from ftac_gym.wrappers import GainScheduling, ResidualPolicy
 
 FLAGSHIP = scenarios.get("flagship").replace(duration=4.0)
-SLOW = FLAGSHIP.replace(control_period=2.0)
+SLOW = FLAGSHIP.replace(control_period=2.0, sensors=None)
 
 
 def warned(name, scenario, gains="default", **changes):
@@ -40,7 +40,10 @@ def warned(name, scenario, gains="default", **changes):
     ids=["evaluate", "check_fit", "as_policy", "as_policy of a class", "ResidualPolicy", "GainScheduling"],
 )
 def test_the_default_gains_at_two_seconds(use):
-    message = r"^PDDisturbanceObserver: the control period of 2 s is too long for its gains: .* or lower gains$"
+    message = (
+        r"^PDDisturbanceObserver: the control period of 2 s with a loop delay of 0\.1 s is too long for its gains: "
+        r".* or lower gains$"
+    )
     with pytest.warns(SampledInstability, match=message) as found:
         use()
     assert len(found) == 1 and len(str(found[0].message)) <= 500
@@ -56,8 +59,17 @@ def test_the_gains_of_a_10_hz_controller(name):
 def test_lower_gains_and_longer_periods():
     soft = {"rate_gain": 0.5, "position_gain": 0.2, "bandwidth": 0.1}
     assert not warned("pd_dob", SLOW, **soft)
-    assert not warned("chen_m2", FLAGSHIP.replace(control_period=1.0))  # 14 of 20 flights succeed
+    second = FLAGSHIP.replace(control_period=1.0, loop_delay=0.0, sensors=None)
+    assert not warned("chen_m2", second)  # 14 of 20 flights succeed
     assert not warned(CustomBaseline, FLAGSHIP) and warned(CustomBaseline, SLOW)
+
+
+def test_the_delay_counts():
+    """The loop delay is the nominal one: delays that are drawn are not judged."""
+    stiff = {"rate_gain": 9.0, "position_gain": 3.0}
+    prompt = FLAGSHIP.replace(loop_delay=0.0)
+    assert not warned("pd", prompt, **stiff) and warned("pd", prompt.replace(loop_delay=0.2), **stiff)
+    assert not warned("pd", prompt.replace(extra_delay=4), **stiff)
 
 
 @pytest.mark.parametrize("name", ["flagship_tracking", "chen_2018", "zhang_zhou_2019_2nm", "flexible", "li_2023"])

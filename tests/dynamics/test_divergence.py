@@ -73,7 +73,7 @@ def test_a_rate_too_fast_for_the_step_is_an_error_although_it_is_finite():
 
 def test_an_infinite_measurement_is_named():
     simulator = started()
-    simulator._episodes.sensors["rate_noise"][1] = np.inf
+    simulator._episodes.sensors["angle_random_walk"][1] = np.inf
     with pytest.raises(DivergenceError, match=r"^measured_rate must stay finite, got -?(inf|nan) on spacecraft 1 at"):
         step(simulator)
 

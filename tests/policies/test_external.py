@@ -53,7 +53,7 @@ def test_one_spacecraft_at_a_time_unless_batched():
         return act(observation)
 
     for batched in (False, True):
-        rollout(SHORT.replace(duration=0.1), ExternalPolicy(seen, batched=batched), EPISODES)
+        rollout(SHORT.replace(duration=0.1, loop_delay=0.0), ExternalPolicy(seen, batched=batched), EPISODES)
     assert shapes == [(22,)] * 3 + [(3, 22)]
 
 
@@ -77,7 +77,7 @@ def test_normaliser_and_wrappers():
         return act(observation[:22])
 
     policy = ExternalPolicy(first, normalizer=normalizer, wrappers=[("ObservationHistory", {"steps": 2})])
-    rollout(SHORT.replace(duration=0.1), policy, EPISODES[:1])
+    rollout(SHORT.replace(duration=0.1, loop_delay=0.0), policy, EPISODES[:1])
     env = gym.make("SpacecraftFTC-v0", duration=3.0)
     raw, _ = env.reset(options={"episodes": EPISODES[:1]})
     (given,) = seen
@@ -124,7 +124,7 @@ def test_known_spaces_must_fit():
     with pytest.raises(ValueError, match=r"policy must have the observation space \(22,\), .*got \(9,\)"):
         rollout(SHORT, Sized())
     policy = PPO("MlpPolicy", gym.make("SpacecraftFTC-v0"), device="cpu").policy
-    assert rollout(SHORT.replace(duration=0.1), policy).command.shape == (1, 1, 4)
+    assert rollout(SHORT.replace(duration=0.1, loop_delay=0.0), policy).command.shape == (1, 1, 4)
 
 
 @pytest.mark.parametrize(

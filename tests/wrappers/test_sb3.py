@@ -63,7 +63,9 @@ def test_against_single_environments(residual):
 
 
 def test_terminated_at_the_time_limit_is_not_truncated():
-    env = make(duration=0.1, tumble_rate=0.008, count=32, reward=RewardWeights(progress=1.0))
+    env = make(
+        duration=0.1, loop_delay=0.0, tumble_rate=0.008, count=32, reward=RewardWeights(progress=1.0)
+    )  # fmt: skip
     env.seed(0)
     env.reset()
     *_, done, infos = env.step(np.zeros((32, 4)))
