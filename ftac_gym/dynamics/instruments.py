@@ -16,7 +16,7 @@ from ftac_gym.utils.parameters import FloatArray
 from ftac_gym.utils.randomness import normals
 
 # Blocks of the noise stream; those below are of the simple sensors.
-_RATE_NOISE, _BIAS_WALK, _INSTABILITY, _FIX_NOISE = 4, 5, 6, 7
+_GYRO_NOISE, _INSTABILITY, _FIX_NOISE = 4, 6, 7
 WHEEL_NOISE, DISPLACEMENT_NOISE, MODAL_RATE_NOISE = 8, 1 << 16, 2 << 16
 """First blocks of the noise of telemetry; one block is for four wheels or modes."""
 
@@ -114,17 +114,21 @@ def gyro_rate(w: Any, bias: Any, varying: Any, tick: int, period: float, sensor:
     """Return the rate that gyros report without faults, and both parts of their bias, which vary once a period.
 
     (1 + scale factor) (w + misalignment x w) + bias + noise on each axis, with the noise N / sqrt(period) of the angle
-    random walk N. The bias walks by K sqrt(period) z a period. Its Gauss-Markov part b has the exact discrete form
+    random walk N. The bias of one axis after the other walks, by K sqrt(3 period) z every third period: four deviates
+    are then enough for both walks. Its Gauss-Markov part b has the exact discrete form
     b <- phi b + sigma sqrt(1 - phi^2) z with phi = exp(-period / correlation time), and begins with sigma z.
     """
     noise = (0.0, 0.0, 0.0)
     if sensor.angle_random_walk > 0.0 or sensor.rate_random_walk > 0.0:
-        # Both at once: the processor works on the two in parallel.
-        first = normals(tick, episode, _RATE_NOISE, key)
-        second = normals(tick, episode, _BIAS_WALK, key)
-        noise = scale3(sensor.angle_random_walk / math.sqrt(period), (first[0], first[1], first[2]))
-        walk = sensor.rate_random_walk * math.sqrt(period) if tick > 0 else 0.0
-        bias = add3(bias, walk, (second[0], second[1], second[2]))
+        x, y, z, step = normals(tick, episode, _GYRO_NOISE, key)
+        noise = scale3(sensor.angle_random_walk / math.sqrt(period), (x, y, z))
+        walk, axis = sensor.rate_random_walk * math.sqrt(3.0 * period) * step, tick % 3
+        if tick > 0:
+            bias = (
+                bias[0] + (walk if axis == 0 else 0.0),
+                bias[1] + (walk if axis == 1 else 0.0),
+                bias[2] + (walk if axis == 2 else 0.0),
+            )
     if sensor.bias_instability > 0.0:
         x, y, z, _ = normals(tick, episode, _INSTABILITY, key)
         kept = math.exp(-period / sensor.correlation_time) if tick > 0 else 0.0

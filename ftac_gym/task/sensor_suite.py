@@ -138,7 +138,8 @@ class Gyro:
     angle_random_walk
         White noise of the rate, N [deg per square root of hour]. Its Allan deviation over a time tau is N / sqrt(tau).
     rate_random_walk
-        Random walk of the bias, K [deg/h per square root of hour], with the Allan deviation K sqrt(tau / 3).
+        Random walk of the bias, K [deg/h per square root of hour], with the Allan deviation K sqrt(tau / 3). Each axis
+        walks every third control period, by as much as three periods make.
     bias
         Bias of each gyro at the start [deg/h].
     bias_instability
