@@ -2,18 +2,25 @@
 
 import csv
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from ftac_gym.evaluation.batches import Evaluation
 from ftac_gym.evaluation.metrics import UNITS
 from ftac_gym.evaluation.rows import Row, fault_classes
+from ftac_gym.faults import label_of
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.utils.files import replacing, write_text
 
 CsvRows = Iterable[Sequence[Any]]
 """Rows of a CSV file, the headings first."""
+
+
+RECOVERY_COLUMNS = ("episode", "fault", "onset", "time", "recovered", "peak")
+"""Columns of files of recoveries, of the fields of :class:`~ftac_gym.evaluation.metrics.Recoveries`."""
 
 
 def write_rows(path: Path, rows: CsvRows) -> None:
@@ -38,6 +45,15 @@ def write_episodes(path: Path, evaluations: Sequence[Evaluation], episodes: Epis
             values = [f"{item.metrics[metric][index]:.6g}" for metric in UNITS]
             rows.append([item.policy, index, names[index], bool(episodes.feasible[index]), *values])
     write_rows(path, rows)
+
+
+def recovery_rows(evaluation: Evaluation, *labels: object) -> Iterator[list[object]]:
+    """Yield a row for each fault that occurs on target, after some labels: see :data:`RECOVERY_COLUMNS`."""
+    found = evaluation.recoveries
+    for episode, fault in np.argwhere(found.counted).tolist():
+        onset, time, peak = (f"{values[episode, fault]:.6g}" for values in (found.onset, found.time, found.peak))
+        kind, recovered = label_of(int(found.kind[episode, fault])), bool(found.recovered[episode, fault])
+        yield [*labels, episode, kind, onset, time, recovered, peak]
 
 
 def write_summary(path: Path, rows: Sequence[Row]) -> None:

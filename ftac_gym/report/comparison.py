@@ -12,7 +12,15 @@ import numpy.typing as npt
 from matplotlib.figure import Figure
 
 from ftac_gym.evaluation import Evaluation, Row, fault_classes, rollout
-from ftac_gym.evaluation.files import CsvRows, write_episodes, write_figure, write_rows, write_summary
+from ftac_gym.evaluation.files import (
+    RECOVERY_COLUMNS,
+    CsvRows,
+    recovery_rows,
+    write_episodes,
+    write_figure,
+    write_rows,
+    write_summary,
+)
 from ftac_gym.evaluation.tables import (
     Cells,
     budget_table,
@@ -181,6 +189,8 @@ def write_comparison(
     with locked(folder, PATIENCE):
         for scenario, items in evaluations.items():
             write_episodes(folder / scenario / "episodes.csv", items, episodes[scenario])
+            recoveries = (row for item in items for row in recovery_rows(item, item.policy))
+            write_rows(folder / scenario / "recoveries.csv", [("policy", *RECOVERY_COLUMNS), *recoveries])
             write_summary(folder / scenario / "summary.csv", rows[scenario])
         for name, lines_of_file in (files or {}).items():
             write_rows(folder / main / f"{name}.csv", lines_of_file)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ftac_gym.evaluation.files import write_rows
+from ftac_gym.evaluation.files import RECOVERY_COLUMNS, recovery_rows, write_rows
 from ftac_gym.evaluation.metrics import UNITS
 from ftac_gym.evaluation.rows import fault_classes
 from ftac_gym.evaluation.statistics import Estimate
@@ -19,7 +19,7 @@ _INTERVAL = ("value", "low", "high", "episodes", "defined", "total")
 
 
 def write_csv(results: Results, folder: Path) -> None:
-    """Write ``summary.csv``, ``differences.csv``, ``improvement.csv``, ``by_fault.csv`` and ``episodes.csv``.
+    """Write the CSV files: summary, differences, improvement, by_fault, episodes and recoveries.
 
     Numbers are written in full, those of single episodes to six digits.
     """
@@ -29,6 +29,7 @@ def write_csv(results: Results, folder: Path) -> None:
         "improvement": _improvement(results),
         "by_fault": _by_fault(results),
         "episodes": _episodes(results),
+        "recoveries": _recoveries(results),
     }
     for name, rows in tables.items():
         write_rows(folder / f"{name}.csv", rows)
@@ -79,3 +80,12 @@ def _episodes(results: Results) -> Iterator[Sequence[Any]]:
                 columns = zip(*(item.metrics[metric].tolist() for metric in metrics), strict=True)
                 for index, (labels, row) in enumerate(zip(described, columns, strict=True)):
                     yield split, name, seed, index, *labels, *[f"{value:.6g}" for value in row]
+
+
+def _recoveries(results: Results) -> Iterator[Sequence[Any]]:
+    """Yield a heading and one row for each fault that occurs on target."""
+    yield "split", "entry", "seed", *RECOVERY_COLUMNS
+    for split, runs in results.benchmark.evaluations.items():
+        for name, seeds in runs.items():
+            for seed, item in enumerate(seeds):
+                yield from recovery_rows(item, split, name, seed)

@@ -15,7 +15,7 @@ from ftac_gym.agents.shipped import SHIPPED
 from ftac_gym.evaluation import rollout
 from ftac_gym.evaluation.episodes import judging_episodes
 from ftac_gym.evaluation.metrics import UNITS
-from ftac_gym.evaluation.rows import TABLE_METRICS
+from ftac_gym.evaluation.rows import HEADLINES, TABLE_METRICS
 from ftac_gym.report import comparison
 from ftac_gym.scenarios import frozen
 
@@ -36,7 +36,7 @@ def test_evaluate(tmp_path):
     report = (folder / "report.md").read_text()
     assert report.startswith("# flagship: pd, pd_dob")
     assert "![episode](episode.png)" in report and "![error bands](error_bands.png)" in report
-    assert "![fault kinds](fault_kinds.png)" in report and "| flagship_unseen | 6 |" in report
+    assert "![fault kinds](fault_kinds.png)" in report and "| flagship_unseen | 6 feasible |" in report
     with (folder / "episodes.csv").open() as file:
         rows = list(csv.DictReader(file))
     episodes = frozen.load("flagship", 6)
@@ -51,8 +51,13 @@ def test_evaluate(tmp_path):
         summary = {(row["policy"], row["metric"], row["kind"]): float(row["value"]) for row in csv.DictReader(file)}
     absent = ("bound_kept", "bound_margin", "jitter", "modal_energy", "residual_energy", "vibration_torque")
     shown = [metric for metric in TABLE_METRICS if metric not in absent]
-    assert {metric for _, metric, _ in summary} == set(shown) and len(summary) == 3 * len(shown)
+    assert {metric for _, metric, _ in summary} == set(shown) and len(summary) == 3 * len(shown) + 2 * len(HEADLINES)
     assert summary["pd", "success", "estimate"] == pytest.approx(metrics["success"][episodes.feasible].mean())
+    assert summary["pd", "success", "all drawn"] == pytest.approx(metrics["success"].mean())
+    with (folder / "recoveries.csv").open() as file:
+        faults = list(csv.DictReader(file))
+    counted = rollout("flagship", "pd", episodes).recoveries().counted
+    assert [int(row["episode"]) for row in faults if row["policy"] == "pd"] == np.argwhere(counted)[:, 0].tolist()
     with (tmp_path / "results" / "flagship_unseen" / "episodes.csv").open() as file:
         assert {row["policy"] for row in csv.DictReader(file)} == {"pd", "pd_dob"}
     # A second call reads the finished batches and gives the same tables.

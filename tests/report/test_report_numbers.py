@@ -142,3 +142,13 @@ def test_improvement_is_the_share_of_pairs_that_are_won(flown, folder, page, met
     tables = page.tables[f"{title}, in numbers with intervals"]
     flat = [cell["key"] for row in tables for cell in row]
     assert str(float(lines["swift", "pd"]["value"])) in flat
+
+
+def test_recoveries_are_listed_fault_by_fault(flown, folder):
+    lines = read(folder / "recoveries.csv")
+    runs = [item for split in flown.evaluations.values() for seeds in split.values() for item in seeds]
+    assert len(lines) == sum(item.recoveries.counted.sum() for item in runs)
+    first = flown.evaluations["flagship"]["swift"][1].recoveries
+    mine = [row for row in lines if (row["split"], row["entry"], row["seed"]) == ("flagship", "swift", "1")]
+    np.testing.assert_allclose([float(row["time"]) for row in mine], first.time[first.counted], rtol=1e-5)
+    assert {row["fault"] for row in mine} == {"bias", "outage"} and {row["recovered"] for row in mine} == {"True"}
