@@ -14,11 +14,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
+from ftac_gym.evaluation.bootstrap import CONFIDENCE
+from ftac_gym.evaluation.shares import share_ends
 from ftac_gym.evaluation.statistics import Estimate
 from ftac_gym.utils.parameters import FloatArray, require
-
-LEVEL = 0.95
-"""Level of the intervals."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +96,7 @@ def survival(times: npt.ArrayLike, observed: npt.ArrayLike) -> Survival:
     share = curve.probabilities
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore", RuntimeWarning)
-        band: Any = curve.confidence_interval(LEVEL, method="log-log")
+        band: Any = curve.confidence_interval(CONFIDENCE, method="log-log")
     # The band is not defined where the share is one or zero.
     low, high = (np.where(np.isnan(end.probabilities), share, end.probabilities) for end in (band.low, band.high))
     return Survival(curve.quantiles, share, low, high, int(seen.sum()), len(found))
@@ -116,8 +115,7 @@ def share_of_count(count: int, total: int) -> Estimate:
     require(0 <= count <= total, "count", f"must be within [0, {total}]", count)
     if not total:
         return Estimate(np.nan, np.nan, np.nan, 0, 0, 0)
-    ends = stats.binomtest(int(count), int(total)).proportion_ci(LEVEL, method="wilson")
-    return Estimate(count / total, float(ends.low), float(ends.high), int(total), int(total), int(total))
+    return Estimate(count / total, *share_ends(count / total, total), int(total), int(total), int(total))
 
 
 def rate_of_count(count: int, exposure: float) -> Estimate:
@@ -139,7 +137,7 @@ def rate_of_count(count: int, exposure: float) -> Estimate:
     require(exposure >= 0.0, "exposure", "must not be negative", exposure)
     if exposure == 0.0:
         return Estimate(np.nan, np.nan, np.nan, 0, 0, 0)
-    tail = 0.5 * (1.0 - LEVEL)
+    tail = 0.5 * (1.0 - CONFIDENCE)
     low = stats.chi2.ppf(tail, 2 * count) / 2.0 if count else 0.0
     high = stats.chi2.ppf(1.0 - tail, 2 * (count + 1)) / 2.0
     return Estimate(count / exposure, float(low) / exposure, float(high) / exposure, count, count, count)
