@@ -116,18 +116,18 @@ def test_evaluate_refuses_before_any_work(policies, reference, message, tmp_path
 
 
 def test_evaluate_counts_what_is_not_surely_feasible_if_told_to():
-    """The label is conservative: the example of Chen et al. is not feasible."""
+    """The label is conservative: the example of Zhang and Zhou is not feasible."""
     evaluation = module_of("evaluate")
-    config = evaluation.Config(scenario="chen_2018", episodes=2, seed=0)
+    config = evaluation.Config(scenario="zhang_zhou_2019", episodes=2, seed=0)
     with pytest.raises(SystemExit, match=r"--episodes: scenario must have more feasible.*--count-infeasible"):
-        evaluation.draw(config, "chen_2018")
+        evaluation.draw(config, "zhang_zhou_2019")
     told = replace(config, count_infeasible=True)
-    episodes = evaluation.draw(told, "chen_2018")
-    assert episodes.digest() == scenarios.get("chen_2018").draw(0, 2).digest() and not episodes.feasible.any()
+    episodes = evaluation.draw(told, "zhang_zhou_2019")
+    assert episodes.digest() == scenarios.get("zhang_zhou_2019").draw(0, 2).digest() and not episodes.feasible.any()
     assert evaluation.counted(told, episodes).feasible.all()
     assert evaluation.counted(config, episodes) is episodes
     with pytest.raises(SystemExit, match=r"--episodes: count must be a positive integer, got 0$"):
-        evaluation.draw(replace(told, episodes=0), "chen_2018")
+        evaluation.draw(replace(told, episodes=0), "zhang_zhou_2019")
 
 
 def test_evaluate_refuses_an_unknown_scenario(tmp_path):

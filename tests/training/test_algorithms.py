@@ -80,6 +80,6 @@ def test_what_does_not_go_together_is_refused():
 
 
 def test_the_severity_rises_evenly():
-    schedule = Schedule(1, 1, 1, 1, 0, severity_start=0.2, severity_steps=100)
+    schedule = Schedule(1, 1, 1, 0, severity_start=0.2, severity_steps=100)
     assert [schedule.severity(steps) for steps in (0, 50, 100, 1000)] == pytest.approx([0.2, 0.6, 1.0, 1.0])
-    assert Schedule(1, 1, 1, 1, 0).severity(0) == 1.0
+    assert Schedule(1, 1, 1, 0).severity(0) == 1.0
