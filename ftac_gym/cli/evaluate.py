@@ -50,7 +50,10 @@ from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.console import exit_on, one_line_warnings, print_line, progress_bar, show_table
 
-CLOSE = ("agent", "flagship_telemetry", "flagship_direct", "pd_dob", "pd", "nftsm_observer tuned", "nftsm tuned")
+CLOSE = (
+    "agent", "flagship_telemetry", "flagship_direct", "pd_dob", "nftsm_observer tuned", "nftsm tuned",
+    "predefined_time tuned",
+)  # fmt: skip
 """The shipped agents of the flagship, and the baselines that come closest to them."""
 
 REFUSED = {
