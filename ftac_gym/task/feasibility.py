@@ -70,6 +70,17 @@ def feasibility_labels(scenario: Scenario, episodes: Episodes) -> npt.NDArray[np
 
 def plan_numbers(scenario: Scenario, episodes: Episodes) -> npt.NDArray[np.int64]:
     """Return the number of the first of :data:`PLANS` that flies each episode with success, or -1, (N,)."""
+    return flights(scenario, episodes)[0]
+
+
+def flights(scenario: Scenario, episodes: Episodes) -> tuple[npt.NDArray[np.int64], FloatArray, FloatArray]:
+    """Fly episodes for their labels.
+
+    Returns
+    -------
+    The numbers of :func:`plan_numbers`; the times (T,) of the flights [s]; and the path (T, 6 + m) of the last flight:
+    turn [rad] and rate [rad/s] in the frame of the reference, body axes, and momenta of the wheels [N m s].
+    """
     wheels, success, duration = scenario.spacecraft.wheels, scenario.success, scenario.duration
     axes = wheels.axis_matrix.T
     if scenario.misalignment is not None:
@@ -88,8 +99,9 @@ def plan_numbers(scenario: Scenario, episodes: Episodes) -> npt.NDArray[np.int64
         episodes.inertia, episodes.disturbance, episodes.harmonics, episodes.faults, episodes.switches,
         capacities(wheels), axes, normals, normals @ axes.T, idle_momenta(axes),
     ))  # fmt: skip
-    flown(*tables, wheels.momentum_coupling, duration / steps, steps, window, goal, PLANS, numbers)
-    return numbers
+    path = np.zeros((steps + 1, 6 + wheels.count))
+    flown(*tables, wheels.momentum_coupling, duration / steps, steps, window, goal, PLANS, path, numbers)
+    return numbers, times, path
 
 
 def step_count(duration: float, reference: npt.NDArray[np.void]) -> int:

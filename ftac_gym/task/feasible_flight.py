@@ -184,6 +184,8 @@ def flight(
         unit = way / sine if sine > 1e-12 else 0.0
         path[k, 0], path[k, 1], path[k, 2] = angle * unit * q[1], angle * unit * q[2], angle * unit * q[3]
         path[k, 3], path[k, 4], path[k, 5] = w
+        for j in range(wheels):
+            path[k, 6 + j] = momentum[j]
         if k == steps:
             break
         long_way = long_way and angle > 0.5 * math.pi
@@ -261,6 +263,7 @@ def flown(
     window: int,
     goal: Any,
     plans: Any,
+    path: Any,
     out: Any,
 ) -> None:
     """Write for each of N episodes the number of the first plan that flies it with success, or -1.
@@ -289,12 +292,15 @@ def flown(
         Angle [rad] and rate [rad/s] on target, largest angle in the window [rad], share of its times off target.
     plans
         PLAN records (P,).
+    path
+        (steps + 1, 6 + m) the last flight: turn [rad] and rate [rad/s] in the frame of the reference, body axes, and momenta
+        of the wheels [N m s].
     out
         (N,) the result.
     """  # fmt: skip
     wheels = axes.shape[0]
     signals, work = np.empty((steps, wheels, SIGNALS)), np.empty((7, wheels))
-    braking, path = np.empty((2, steps + 1)), np.empty((steps + 1, 6))
+    braking = np.empty((2, steps + 1))
     for i in range(attitude.shape[0]):
         load_signals(i, faults, switches, step, signals)
         out[i] = -1

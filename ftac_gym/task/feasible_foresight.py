@@ -111,7 +111,7 @@ def uncontrolled_since(signals: Any, axes: Any) -> int:
 
 @called
 def succeeds(path: Any, signals: Any, axes: Any, window: int, step: float, goal: Any) -> bool:
-    """Return whether a flight along (steps + 1, 6) turns [rad] and rates [rad/s] is a success.
+    """Return whether a flight is a success; its path (steps + 1, 6 + m) begins with turn [rad] and rate [rad/s].
 
     Wheels may span no space to the end. Then a drift may pass the target in the window: where the flight is settled
     before, it can have any small attitude and rate.
