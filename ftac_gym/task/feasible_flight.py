@@ -293,8 +293,8 @@ def flown(
     plans
         PLAN records (P,).
     path
-        (steps + 1, 6 + m) the last flight: turn [rad] and rate [rad/s] in the frame of the reference, body axes, and momenta
-        of the wheels [N m s].
+        (steps + 1, 6 + m) the last flight: turn [rad] and rate [rad/s] in the frame of the reference, body axes, and
+        momenta of the wheels [N m s].
     out
         (N,) the result.
     """  # fmt: skip
