@@ -17,6 +17,7 @@ from ftac_gym.baselines.gains import merged, nested
 from ftac_gym.utils.files import reading
 from ftac_gym.utils.parameters import require
 from ftac_gym.utils.serialization import reads_as_number
+from ftac_gym.wrappers.fault_estimate import source_gains
 
 CONFIGS = Path(__file__).parent / "configs"
 """Folder of the files of hyperparameters, one for each algorithm."""
@@ -107,7 +108,10 @@ def read_hyperparameters(path: Path, environment_id: str, changes: Mapping[str, 
 
 
 def with_base_gains(interface: Interface) -> Interface:
-    """Return an interface with all gains of its base: an agent must not change when the defaults of its base do."""
+    """Return an interface with all gains of its base and of its observer.
+
+    An agent must not change when their defaults do.
+    """
     wrappers = []
     for name, arguments in interface.wrappers:
         if (base := base_of(name, arguments)) is not None:
@@ -116,6 +120,8 @@ def with_base_gains(interface: Interface) -> Interface:
             others = {key: value for key, value in arguments.items() if key not in ("gains", *known)}
             gains = merged(known, baselines.chosen(base, arguments.get("gains", "default"), changes))
             arguments = {"base": base, **others, **gains}
+        elif name == "FaultEstimateObservation":
+            arguments = {**source_gains(arguments.get("source")), **arguments}
         wrappers.append((name, arguments))
     return Interface(interface.observation, tuple(wrappers), interface.hold, interface.critic_sees_faults)
 

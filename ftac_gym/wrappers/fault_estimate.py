@@ -6,6 +6,7 @@ import numpy as np
 
 from ftac_gym.baselines import FaultEstimate, observers
 from ftac_gym.baselines.components.gyroscopic import GyroscopicModel
+from ftac_gym.baselines.controllers.pd import PDDisturbanceObserver
 from ftac_gym.baselines.fault_source import FaultSource
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.observers.disturbance_observer import DisturbanceObserver
@@ -24,7 +25,9 @@ class TorqueSource:
 
     information = "attitude"
 
-    def __init__(self, scenario: Scenario, memory: Memory, bandwidth: float = 4.5602) -> None:
+    def __init__(
+        self, scenario: Scenario, memory: Memory, bandwidth: float = PDDisturbanceObserver.gains.bandwidth
+    ) -> None:
         gyroscopic = GyroscopicModel(scenario, telemetry=False)
         self._observer = DisturbanceObserver(scenario, memory, bandwidth, gyroscopic)
 
@@ -36,6 +39,13 @@ class TorqueSource:
     def update(self, measurement: Measurement) -> FaultEstimate:
         """Process a measurement and return the estimate."""
         return FaultEstimate(disturbance=self._observer.update(measurement))
+
+
+def source_gains(source: str | None) -> dict[str, Any]:
+    """Return the default gains of a source of estimates, empty for one without gains."""
+    if source == "dob":
+        return {"bandwidth": PDDisturbanceObserver.gains.bandwidth}
+    return observers.defaults(source) if source in observers.names() else {}
 
 
 class FaultEstimates(Transform):

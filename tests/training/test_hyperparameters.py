@@ -6,6 +6,7 @@ from stable_baselines3.common.utils import LinearSchedule
 
 from ftac_gym import baselines
 from ftac_gym.agents.interface import Interface
+from ftac_gym.baselines import observers
 from ftac_gym.training.hyperparameters import (
     ALGORITHMS,
     CONFIGS,
@@ -14,6 +15,7 @@ from ftac_gym.training.hyperparameters import (
     with_base_gains,
     wrappers_from_text,
 )
+from ftac_gym.wrappers.fault_estimate import source_gains
 
 FILE = """
 default:
@@ -111,6 +113,17 @@ def test_an_interface_is_with_base_gains_with_the_gains_of_its_base(gains):
     expected = {**baselines.defaults("pd"), **baselines.chosen("pd", gains, {}), "rate_limit": 0.1}
     assert arguments == {"base": "pd", **expected}
     assert with_base_gains(with_base_gains(short)) == with_base_gains(short)
+
+
+@pytest.mark.parametrize("source", [*observers.names(), "dob", "truth", None])
+def test_an_interface_has_the_gains_of_its_observer(source):
+    short = Interface(wrappers=(("FaultEstimateObservation", {"source": source}),))
+    ((_, arguments),) = with_base_gains(short).wrappers
+    assert arguments.keys() == {"source", *source_gains(source)}
+    assert (len(arguments) > 1) == (source not in ("truth", None))
+    assert with_base_gains(with_base_gains(short)) == with_base_gains(short)
+    given = Interface(wrappers=(("FaultEstimateObservation", {"source": "dob", "bandwidth": 7.0}),))
+    assert with_base_gains(given) == given
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)

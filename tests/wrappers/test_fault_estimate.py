@@ -160,7 +160,7 @@ def test_gains_reach_the_observer():
 
 def test_entries_are_clipped():
     storm = Disturbance((30.0 * LIMIT, 0.0, 0.0))
-    env = FaultEstimateObservation(SpacecraftFTCEnv(disturbance=storm, sensors=None), "dob")
+    env = FaultEstimateObservation(SpacecraftFTCEnv(disturbance=storm, sensors=None), "dob", bandwidth=5.0)
     env.reset(seed=0)
     for _ in range(10):
         observation, *_ = env.step(np.zeros(WHEELS))

@@ -82,6 +82,12 @@ def gains_of(name: str) -> Gains:
     return _found(name)[0].gains
 
 
+def defaults(name: str) -> dict[str, Any]:
+    """Return the default gains of a fault observer."""
+    observer, preset = _found(name)
+    return {**{item.name: getattr(observer.gains, item.name) for item in offered(observer.gains)}, **preset}
+
+
 def information(name: str) -> str:
     """Return the tier of information that a fault observer needs."""
     return _found(name)[0].information

@@ -104,7 +104,8 @@ def test_the_monitor_speaks_above_its_threshold_only():
     """One sample after a jump of the rate that the model does not explain."""
     attitude = np.tile([1.0, 0, 0, 0], (1, 1))
     quiet, jump = states(1, 0.0, attitude=attitude), 3e-3
-    quiet = Measurement(**{**vars(quiet), "last_command": np.zeros((1, 4))})
+    zero = np.zeros((1, 4))
+    quiet = Measurement(**{**vars(quiet), "last_command": zero, "command_in_effect": zero})
     jumped = Measurement(**{**vars(quiet), "rate": np.array([[jump, 0.0, 0.0]])})
     commands = {}
     for threshold in (0.9 * jump, 1.1 * jump):
