@@ -1,5 +1,7 @@
 """The residual policy: a zero residual is the base bit for bit, and every observation carries the base action."""
 
+import itertools
+
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -18,6 +20,8 @@ COUNT, WHEELS = 4, 4
 # Spacecraft tumble at different times, under the base too, because their rates are large and random.
 SETTINGS = {"duration": 2.0, "tumble_rate": 0.016}  # s, rad/s
 MODES = [mode.value for mode in AutoresetMode]
+OTHER_MODES = [mode for mode in MODES if mode != "SameStep"]
+SEVERAL = ("pd", "pd_dob", "nftsm_observer", "hsfc", "afntsmc")
 NAMES = {
     "SpacecraftFTC-v0": fitting(scenarios.get("flagship"), oracles=False),
     "SpacecraftFTCTracking-v0": fitting(scenarios.get("flagship_tracking"), oracles=False),
@@ -49,9 +53,12 @@ def test_zero_residual_is_the_base_in_a_single_environment(environment_id, name)
     assert ends >= 4
 
 
-@pytest.mark.parametrize("name", NAMES["SpacecraftFTC-v0"])
-@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize(
+    ("mode", "name"),
+    [*(("SameStep", name) for name in NAMES["SpacecraftFTC-v0"]), *itertools.product(OTHER_MODES, SEVERAL)],
+)
 def test_zero_residual_is_the_base_in_a_vector_environment(mode, name):
+    """Every base in one mode, and bases with and without memory and observer in the others."""
     plain, wrapped = native(mode), ResidualPolicy(native(mode), base=name)
     policy = baselines.make(name, plain.scenario, COUNT).as_policy(plain)
     ends, single_end = np.zeros(COUNT, dtype=int), False
