@@ -289,7 +289,8 @@ def sense(
         for k in range(3):
             excess += 0.0 * (seen[k] + reference_rate[i, k] + reference_acceleration[i, k])
         for k in range(4):
-            excess += 0.0 * (measured_attitude[i, k] + reference_attitude[i, k])
+            # Between two samples of the star tracker, the measured attitude is not that of the body.
+            excess += 0.0 * (attitude[i, k] + measured_attitude[i, k] + reference_attitude[i, k])
         if not norm3(w) + excess <= largest_rate:
             diverged += 1
     return diverged

@@ -11,8 +11,9 @@ import ftac_gym
 from ftac_gym import scenarios
 from ftac_gym.dynamics import DivergenceError, Simulator
 from ftac_gym.envs import SpacecraftFTCVectorEnv
+from ftac_gym.faults import FaultSchedule, StarTrackerOutage
 from ftac_gym.spacecraft import Spacecraft, WheelArray
-from ftac_gym.task import Scenario
+from ftac_gym.task import Scenario, SensorErrors
 
 FLAGSHIP = scenarios.get("flagship")
 SPINNING = Scenario(name="spinning", spacecraft=Spacecraft(np.eye(3), WheelArray(np.eye(3), 1.0)))
@@ -53,6 +54,16 @@ def test_the_error_names_spacecraft_time_and_quantity(name, said, value):
         step(simulator)
     assert caught.value.spacecraft == (3,)
     assert len(str(caught.value)) < 300 and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("sensors", [FLAGSHIP.sensors, SensorErrors(attitude_noise=1e-5), None])
+def test_an_attitude_that_no_star_tracker_sees(sensors):
+    outage = FaultSchedule((StarTrackerOutage(onset=0.0, duration=60.0),))
+    simulator = started(FLAGSHIP.replace(sensors=sensors, faults=outage))
+    step(simulator)
+    simulator.state.attitude[2, 0] = np.nan
+    with pytest.raises(DivergenceError, match=r"^attitude must stay finite, got nan on spacecraft 2 at 0\.2 s; "):
+        step(simulator)
 
 
 @pytest.mark.parametrize("name", ["modal_displacement", "modal_rate"])
