@@ -1,5 +1,7 @@
 """The agents that come with the package: they load, they fly, and they are worth having."""
 
+from functools import lru_cache
+
 import numpy as np
 import pytest
 
@@ -14,17 +16,22 @@ EPISODES = 20_000  # a seed that neither training nor tuning nor the reported te
 ALL = [pytest.param(seed, id=f"{name}/{seed.name}") for name in designs() for seed in seeds(SHIPPED / name)]
 
 
+@lru_cache
+def flight(policy, scenario, count):
+    """Return the metrics in feasible episodes."""
+    episodes = scenarios.get(scenario).draw(EPISODES, count)
+    metrics = rollout(scenario, policy, episodes).metrics()
+    return {name: values[episodes.feasible] for name, values in metrics.items()}
+
+
 def flown(design, scenario, count):
     """Return the metrics of the best agent and of its base in feasible episodes."""
-    episodes = scenarios.get(scenario).draw(EPISODES, count)
-    policies = (Agent.load(best_agent(SHIPPED / design)), "pd_dob")
-    metrics = (rollout(scenario, policy, episodes).metrics() for policy in policies)
-    return [{name: values[episodes.feasible] for name, values in item.items()} for item in metrics]
+    return flight(best_agent(SHIPPED / design), scenario, count), flight("pd_dob", scenario, count)
 
 
 def test_what_is_shipped():
     assert designs() == ["flagship_direct", "flagship_residual", "flagship_telemetry", "flexible_residual"]
-    assert len(seeds(SHIPPED / "flagship_residual")) == 5
+    assert len(seeds(SHIPPED / "flagship_residual")) == 2
     with pytest.raises(ValueError, match=r"policy must be .* a shipped agent \(flagship_direct, .*got 'nobody'"):
         agent_path("nobody")
 
@@ -32,7 +39,7 @@ def test_what_is_shipped():
 @pytest.mark.parametrize("folder", ALL)
 def test_the_card_tells_how_it_was_made(folder):
     card = read_card(folder)
-    assert card["command"].startswith("python train/train.py")
+    assert card["command"].startswith(("ftac-train ", "python train/train.py "))
     assert " /" not in card["command"]  # no path of the machine
     assert len(card["commit"]) >= 12
     assert "dirty" not in card["commit"]
@@ -49,8 +56,12 @@ def test_it_is_small(folder):
 
 @pytest.mark.parametrize("design", designs())
 def test_of_several_seeds_the_best_in_its_own_evaluations_is_chosen(design):
+    """By the mean availability, which older runs did not record, and by the mean return in a tie."""
     found = {
-        path: max((row["mean_return"] for row in evaluations(path)), default=0.0) for path in seeds(SHIPPED / design)
+        path: max(
+            ((row.get("availability", -np.inf), row["mean_return"]) for row in evaluations(path)), default=(0.0, 0.0)
+        )
+        for path in seeds(SHIPPED / design)
     }
     assert found[best_agent(SHIPPED / design)] == max(found.values())
     assert (SHIPPED / design / "README.md").read_text().startswith(f"# {design}")
