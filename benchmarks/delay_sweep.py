@@ -40,7 +40,9 @@ TOLD, UNTOLD = {"linestyle": "-"}, {"linestyle": (0, (1.6, 1.4)), "zorder": 1.8}
 class Config:
     """Policies, delays and episodes."""
 
-    policies: tuple[str, ...] = ("pd_dob", "pd", "nftsm", "nftsm_observer", "nftsm_telemetry", "predefined_time")
+    policies: tuple[str, ...] = (
+        "pd_dob", "pd tuned", "nftsm tuned", "nftsm_observer tuned", "predefined_time tuned", "nftsm",
+    )  # fmt: skip
     """Policies; "NAME tuned" has tuned gains, "NAME FILE.json" those of ftac-tune."""
     delays: tuple[int, ...] = (0, 1, 2, 3, 4, 5)
     """Delays of the loop [control periods]."""
