@@ -128,9 +128,9 @@ _PACKAGES = ("task", "spacecraft", "faults", "dynamics", "envs")
 
 _IDS = {
     "SpacecraftFTCEasy-v0": ("easy", 1300.0),
-    "SpacecraftFTC-v0": ("flagship", 1800.0),
+    "SpacecraftFTC-v0": ("flagship", 1700.0),
     "SpacecraftFTCTracking-v0": ("flagship_tracking", 1900.0),
-    "SpacecraftFTCFlexible-v0": ("flexible", 1700.0),
+    "SpacecraftFTCFlexible-v0": ("flexible", 1600.0),
     "SpacecraftFTCZhangZhou2019-v0": ("zhang_zhou_2019", 220.0),
     "SpacecraftFTCCao2022-v0": ("cao_2022", 7000.0),
     "SpacecraftFTCLi2023-v0": ("li_2023", 6600.0),
