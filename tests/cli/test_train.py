@@ -98,7 +98,8 @@ def test_evaluations_along_the_way(whole):
 
 def test_the_card_says_how_the_agent_was_made(whole):
     card = json.loads((whole / "agent" / "card.json").read_text())
-    assert card["steps"] == 2048 and card["environment"] == "SpacecraftFTC-v0" and card["seed"] == 0
+    # The best of both evaluations; the first of them if they tie.
+    assert card["steps"] in (1024, 2048) and card["environment"] == "SpacecraftFTC-v0" and card["seed"] == 0
     _, (name, arguments) = card["interface"]["wrappers"]
     assert name == "ResidualPolicy" and arguments["base"] == "pd_dob" and card["interface"]["observation"] == "attitude"
     # All gains of the base are written down.
