@@ -430,7 +430,7 @@ def main(config: Config) -> None:
         solved = bare(scenario).draw_episodes([SEED] * len(numbers), numbers)
         entry["digest"] = replace(solved, feasible=np.zeros(len(numbers), dtype=bool)).digest()
         if config.output is not None:
-            config.output.write_text(json.dumps(verdicts, separators=(",", ":")) + "\n")
+            config.output.write_text(json.dumps(verdicts, separators=(",", ":")) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from ftac_gym.dynamics import algebra, fault_signals, instruments
+from ftac_gym.dynamics import algebra, fault_signals, instruments, state
 from ftac_gym.dynamics.algebra import (
     add3,
     add4,
@@ -29,9 +29,9 @@ from ftac_gym.dynamics.instruments import (
     nearly_unit,
     reported,
 )
-from ftac_gym.task import references
+from ftac_gym.task import references, sensor_suite
 from ftac_gym.task.references import ReferenceKind
-from ftac_gym.utils import randomness
+from ftac_gym.utils import parameters, randomness
 from ftac_gym.utils.compiling import entry_point, inlined, merged
 from ftac_gym.utils.randomness import normals
 
@@ -110,7 +110,7 @@ def follow_rate(
         rate[i, axis], acceleration[i, axis] = sinusoid(record, axis, tick * period)[:2]
 
 
-@entry_point(algebra, fault_signals, instruments, randomness, references)
+@entry_point(algebra, fault_signals, instruments, parameters, randomness, references, sensor_suite, state)
 def sense(
     rows: Any,
     attitude: Any,

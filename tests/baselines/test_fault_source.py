@@ -61,7 +61,7 @@ def test_an_observer_by_name_sees_what_it_would_alone(kind):
     assert source.information == "attitude"
     for simulator in flown(WEAK, 2, 30):
         measurement = simulator.measurement()
-        first, second = source.update(measurement), alone.update(measurement, measurement.last_command, 0.05)
+        first, second = source.update(measurement), alone.update(measurement, measurement.command_in_effect, 0.05)
         np.testing.assert_array_equal(first.effectiveness, second.effectiveness)
         np.testing.assert_array_equal(first.identifiable, second.identifiable)
     assert source.estimate.effectiveness is first.effectiveness
@@ -74,7 +74,7 @@ def test_an_observer_of_torques_by_name_sees_what_it_would_alone(kind):
     alone = observers.make(kind, bending, memory)
     for simulator in flown(bending, 2, 30):
         measurement = simulator.measurement()
-        first, second = source.update(measurement), alone.update(measurement, measurement.last_command, 0.1)
+        first, second = source.update(measurement), alone.update(measurement, measurement.command_in_effect, 0.1)
         np.testing.assert_array_equal(first.disturbance, second.disturbance)
         assert first.effectiveness is None and (first.vibration is None) == (kind == "ilo_class")
     assert source.estimate.disturbance is first.disturbance

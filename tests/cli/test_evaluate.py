@@ -156,7 +156,8 @@ def test_evaluate_with_tuned_gains(stored, tmp_path, capsys, monkeypatch):
         '["pd", {"position_gain": 1.0, "rate_gain": 3.0}]'
     ]
     assert {item.name for item in folder.iterdir()} == {
-        "report.md", "episodes.csv", "summary.csv", "error_bands.png", "episode.png", "fault_kinds.png"
+        "report.md", "episodes.csv", "summary.csv", "recoveries.csv", "error_bands.png", "episode.png",
+        "fault_kinds.png",
     }  # fmt: skip
     batches = output / "flagship" / "batches"
     assert [item.name for item in (output / "flagship").iterdir()] == ["batches"] and len(list(batches.iterdir())) == 2
@@ -193,7 +194,7 @@ def test_agents_keep_the_gains_of_their_base(stored):
     evaluation = module_of("evaluate")
     write(stored, "pd_dob", bandwidth=1.0)
     flown = evaluation.resolved(evaluation.Config(policies=("agent", "pd_dob"), gains="tuned"))
-    assert flown["agent"].fingerprint == Agent.load(SHIPPED / "flagship_residual" / "seed_0").fingerprint
+    assert flown["agent"].fingerprint == Agent.load(SHIPPED / "flagship_residual" / "seed_1").fingerprint
     assert flown["pd_dob"].fingerprint == '["pd_dob", {"bandwidth": 1.0}]'
     alone = evaluation.Config(policies=("agent",), gains="tuned")
     assert evaluation.gains_used(alone) == "gains of the baselines: none among the policies"

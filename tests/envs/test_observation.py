@@ -75,6 +75,7 @@ class Recomputed:
         acceleration = rotate_to_body(error, measurement.reference_acceleration)[0]
         vector, rate = error[0, 1:], measurement.rate[0]
         momentum, command = measurement.wheel_momentum[0], measurement.last_command[0]
+        in_effect = measurement.command_in_effect[0]
         slip = rate - reference_rate
         period = self.scenario.control_period
         share = 1.0 - np.exp(-period / 1.0)  # one second of low-pass
@@ -84,9 +85,9 @@ class Recomputed:
             stored = self.inertia @ middle
             if self.tier != "attitude" and self.wheels.momentum_coupling:
                 stored = stored + self.axes @ momentum
-            torque = self.inertia @ (rate - last_rate) / period + np.cross(middle, stored) - self.axes @ command
+            torque = self.inertia @ (rate - last_rate) / period + np.cross(middle, stored) - self.axes @ in_effect
             self.filtered = self.filtered + share * (torque - self.filtered)
-            wheel_torque = (last_momentum - momentum) / period - command
+            wheel_torque = (last_momentum - momentum) / period - in_effect
             self.wheel_filtered = self.wheel_filtered + share * (wheel_torque - self.wheel_filtered)
         self.last = rate, momentum
         parts = {

@@ -86,7 +86,8 @@ def test_against_the_simulator():
 
 
 def test_applied_torque_differs_from_the_command_where_a_wheel_is_faulty():
-    healthy, faulty = SHORT.replace(faults=None), SHORT.replace(duration=90.0)
+    prompt = SHORT.replace(loop_delay=0.0)
+    healthy, faulty = prompt.replace(faults=None), prompt.replace(duration=90.0)
     history = rollout(healthy, "pd", seed=0, count=4)
     np.testing.assert_allclose(history.applied_torque, history.command, atol=1e-9)
     history = rollout(faulty, "pd", seed=0, count=8)

@@ -17,7 +17,7 @@ from ftac_gym.report.provenance import policy_name
 
 
 def test_stored_gains_are_data_with_their_provenance(tmp_path, monkeypatch):
-    monkeypatch.setattr(tuning, "value_of", lambda task, gains: -abs(gains["rate_gain"] - 6.0))
+    monkeypatch.setattr(tuning, "value_of", lambda task, gains: -abs(gains["rate_gain"] - 3.0))
     monkeypatch.setattr(tuned, "FOLDER", tmp_path / "tuned_gains")
     result = tune(SEARCH, tmp_path / "study", 4)
     path = store(result, "python train/tune.py", "abc", {"tuned": 1.5, "default": 1.0})

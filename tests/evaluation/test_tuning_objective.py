@@ -26,8 +26,6 @@ def entries(monkeypatch):
 def test_the_objective_is_the_mean_of_its_metric_over_all_episodes(name):
     task = Search("pd", TINY, episodes=9, seed=0, objective=name)
     history = rollout(TINY, DeferredBaseline("pd", rate_gain=6.0), seed=task.seed, count=9)
-    feasible = history.episodes.feasible
-    assert feasible.any() and not feasible.all()
     assert value_of(task, {"rate_gain": 6.0}) == pytest.approx(history.metrics()[name].mean())
     assert len(fly(task, {}, TINY.draw(3, 9))["return"]) == 9
 

@@ -77,7 +77,7 @@ def test_a_flight_with_live_faults_is_the_one_of_its_episode(kind):
 
 
 def test_a_live_command_delay_makes_commands_late():
-    simulator, _ = pair(HEALTHY)
+    simulator, _ = pair(HEALTHY.replace(loop_delay=0.0))
     simulator.step(np.full((2, 4), 0.05))
     delay = CommandDelay(wheel=2, periods=2.0)
     simulator.set_faults(add_fault(simulator.faults, 0, delay, simulator.time[0], LIMITS, np.random.default_rng(0)))

@@ -94,7 +94,7 @@ BENDING = {
         ({"initial_state": InitialState(max_rate=300.0)}, "initial_state.max_rate must be at most 50 rad/s, .*300"),
         ({"initial_state": InitialState(wheel_momentum=13.0)}, "initial_state.wheel_momentum must stay within"),
         (
-            {"physics_step": 200.0, "control_period": 200.0, "duration": 2000.0, "disturbance": None},
+            {"physics_step": 200.0, "control_period": 200.0, "duration": 2e3, "disturbance": None, "loop_delay": 0.0},
             "initial_state.max_rate must be at most 0.005 rad/s, 1 rad in a physics_step of 200 s",
         ),
         ({"physics_step": 1e-300}, "physics_step must be at least 1e-06 s, got 1e-300"),

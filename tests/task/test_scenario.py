@@ -50,8 +50,8 @@ def test_none_switches_a_part_off(part):
 
 
 def test_timing_in_steps():
-    scenario = FLAGSHIP.replace(control_period=0.3, physics_step=0.1, duration=6.0)
-    assert scenario.substeps == 3 and scenario.horizon == 20
+    scenario = FLAGSHIP.replace(control_period=0.3, physics_step=0.1, duration=6.0, loop_delay=0.3, sensors=None)
+    assert scenario.substeps == 3 and scenario.horizon == 20 and scenario.delay_steps == 3
 
 
 @pytest.mark.parametrize(
