@@ -133,7 +133,7 @@ _IDS = {
     "SpacecraftFTCFlexible-v0": ("flexible", 1600.0),
     "SpacecraftFTCZhangZhou2019-v0": ("zhang_zhou_2019", 220.0),
     "SpacecraftFTCCao2022-v0": ("cao_2022", 7000.0),
-    "SpacecraftFTCLi2023-v0": ("li_2023", 6600.0),
+    "SpacecraftFTCLi2023-v0": ("li_2023", 6500.0),
     "SpacecraftFTCMa2023-v0": ("ma_2023_faulty", 9500.0),
     "SpacecraftFTCChen2018-v0": ("chen_2018", 11000.0),
 }
