@@ -149,7 +149,7 @@ def test_effect_is_what_the_plant_does_for_every_kind():
 
 
 def test_effect_is_what_the_plant_does_on_the_flagship():
-    scenario = scenarios.get("flagship").replace(control_period=STEP, physics_step=STEP)
+    scenario = scenarios.get("flagship").replace(control_period=STEP, physics_step=STEP, loop_delay=0.0)
     episodes = scenario.draw(0, 200)
     listed = episodes.faults.copy()
     for name in ("onset", "recovery", "period", "on_time", "rise", "fall"):  # Earlier, so that they all act.
