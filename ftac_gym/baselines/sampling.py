@@ -36,9 +36,9 @@ def warn_of_long_period(baseline: Baseline) -> None:
 
     Three spacecraft start at rest relative to the reference, each half the success cone off about one body axis. There
     are no faults, no disturbance, no sensor errors and no differences from the nominal parameters. The loop has its
-    nominal delay. The warning needs
-    both, at the end of the flight: a spacecraft off target, and wheel commands that reverse from call to call. A slow
-    or loose controller is off target without reversals, and a chattering one reverses on target.
+    nominal delay. The warning needs both, at the end of the flight: a spacecraft off target, and wheel commands that
+    reverse from call to call. A slow or loose controller is off target without reversals, and a chattering one
+    reverses on target.
 
     Parameters
     ----------

@@ -42,7 +42,7 @@ class CommandQueue:
     @property
     def in_effect(self) -> FloatArray:
         """(N, m) mean command in effect over the period that has ended [N m], by the nominal delay."""
-        if len(self.commands) == 1 or (self._periods == 0 and not self._late):
+        if not self._periods and not self._late:
             return self.latest
         held = self.commands[self._periods + 1]
         if not self._late:

@@ -43,7 +43,7 @@ def envelope_normals(axes: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Load:
-    """Sets of vectors: points, plus or minus margins of several shapes.
+    """Sets of vectors: points, plus or minus margins.
 
     Attributes
     ----------
@@ -51,16 +51,10 @@ class Load:
         (N, 3) centres.
     margin
         (N, 3) half-widths of a box in body axes.
-    wheel_margin
-        (N, m) half-width of an interval along each wheel axis; None for none.
-    radius
-        (N,) radius of a ball; None for none.
     """
 
     point: FloatArray
     margin: FloatArray = field(default_factory=lambda: np.zeros((1, 3)))
-    wheel_margin: FloatArray | None = None
-    radius: FloatArray | None = None
 
 
 class Envelope:
@@ -82,10 +76,6 @@ class Envelope:
         support = np.minimum(reach, UNLIMITED) @ self._across
         # The vector of the set that is farthest along each normal.
         farthest = np.abs(load.point @ self._normals) + load.margin @ np.abs(self._normals)
-        if load.radius is not None:
-            farthest = farthest + load.radius[:, None]
-        if load.wheel_margin is not None:
-            farthest = farthest + load.wheel_margin @ self._across
         return support - farthest, support
 
     def contains(self, load: Load, reach: FloatArray) -> BoolArray:

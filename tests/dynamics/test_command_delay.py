@@ -8,6 +8,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.vector import SyncVectorEnv
+from helpers.late_commands import PERIOD, commands, start, task
 from helpers.snapshots import history, snapshot
 
 import ftac_gym  # noqa: F401  registers the environments
@@ -15,38 +16,8 @@ from ftac_gym import scenarios
 from ftac_gym.dynamics import Simulator
 from ftac_gym.envs import SpacecraftFTCEnv, SpacecraftFTCVectorEnv
 from ftac_gym.faults import Bias, CommandDelay, FaultDistribution, FaultSchedule, LossOfEffectiveness, Outage
-from ftac_gym.spacecraft.spacecraft import Spacecraft
-from ftac_gym.spacecraft.wheel_array import WheelArray
 from ftac_gym.task.episodes import Episodes
-from ftac_gym.task.initial_state import InitialState
-from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.serialization import to_plain
-
-PERIOD, STEP = 0.1, 0.02  # s
-INERTIA = [[10.0, 1.2, 0.5], [1.2, 19.0, 1.5], [0.5, 1.5, 25.0]]  # kg m^2
-
-
-def task(*faults, **changes):
-    fields = {
-        "name": "late",
-        "spacecraft": Spacecraft(INERTIA, WheelArray.sign_pyramid(0.2, 12.0)),
-        "initial_state": InitialState(max_rate=0.02, wheel_momentum=(-1.0, 1.0)),
-        "faults": FaultSchedule(faults) if faults else None,
-        "control_period": PERIOD,
-        "physics_step": STEP,
-        "duration": 20.0,
-    }
-    return Scenario(**{**fields, **changes})
-
-
-def start(scenario, count=1, seed=0):
-    simulator = Simulator(scenario, count)
-    simulator.reset(scenario.draw(seed, count))
-    return simulator
-
-
-def commands(steps, count=1, seed=0):
-    return np.random.default_rng(seed).uniform(-0.2, 0.2, (steps, count, 4))
 
 
 def momenta(simulator, orders):
