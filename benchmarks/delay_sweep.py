@@ -23,6 +23,7 @@ from ftac_gym import scenarios
 from ftac_gym.evaluation import estimate, rollout
 from ftac_gym.evaluation.episodes import judging_episodes
 from ftac_gym.evaluation.files import write_figure, write_rows
+from ftac_gym.evaluation.rows import statistic_of
 from ftac_gym.evaluation.statistics import Estimate
 from ftac_gym.plots import style
 from ftac_gym.task import Episodes, Scenario
@@ -139,7 +140,13 @@ def _points(policy: str, delays: Sequence[int], is_told: bool, task: Scenario, e
         metrics = rollout(task, policy, episodes).feasible_metrics()
     parts = {name: np.split(metrics[name], len(delays)) for name in METRICS}
     return [
-        Point(policy, delay, is_told, parts[METRICS[0]][k].size, {name: estimate(parts[name][k]) for name in METRICS})
+        Point(
+            policy,
+            delay,
+            is_told,
+            parts[METRICS[0]][k].size,
+            {name: estimate(parts[name][k], statistic_of(name)) for name in METRICS},
+        )
         for k, delay in enumerate(delays)
     ]
 
