@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from ftac_gym.dynamics.algebra import add3, cross3, symmetric_times
+from ftac_gym.utils.algebra import add3, cross3, symmetric_times
 from ftac_gym.utils.compiling import inlined, merged
 
 

@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.dynamics.algebra import add3, cross3, quaternion_product, rotation, scale3, unit
 from ftac_gym.dynamics.state import State, identity_quaternions
 from ftac_gym.task.sensor_suite import SensorSuite
+from ftac_gym.utils.algebra import add3, cross3, quaternion_product, rotation, scale3, unit
 from ftac_gym.utils.compiling import inlined, merged
 from ftac_gym.utils.parameters import FloatArray
 from ftac_gym.utils.randomness import normals

@@ -12,12 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from ftac_gym.dynamics import algebra, body, fault_signals, modes, stiff_wheel, wheel_table, wheels
-from ftac_gym.dynamics.algebra import add3, add4, store_unit
+from ftac_gym.dynamics import body, modes, stiff_wheel, wheel_table, wheels
 from ftac_gym.dynamics.body import angular_acceleration, fill_disturbance, inertia_at, twice_attitude_rate
-from ftac_gym.dynamics.fault_signals import constant_signals, untouched
 from ftac_gym.dynamics.modes import ROWS, begin_step, end_step, load_modes, modal_stage, store_modes
 from ftac_gym.dynamics.wheels import turn_wheel
+from ftac_gym.faults import signals
+from ftac_gym.faults.signals import constant_signals, untouched
+from ftac_gym.utils import algebra
+from ftac_gym.utils.algebra import add3, add4, store_unit
 from ftac_gym.utils.compiling import entry_point, inlined, merged
 
 
@@ -135,7 +137,7 @@ def turn_body(
         store_modes(work, modal_displacement[i], modal_rate[i], w)
 
 
-@entry_point(algebra, body, fault_signals, modes, stiff_wheel, wheels, wheel_table)
+@entry_point(algebra, body, signals, modes, stiff_wheel, wheels, wheel_table)
 def advance(
     start: int,
     stop: int,

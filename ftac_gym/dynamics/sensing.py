@@ -3,8 +3,23 @@
 import math
 from typing import Any
 
-from ftac_gym.dynamics import algebra, fault_signals, instruments, state
-from ftac_gym.dynamics.algebra import (
+from ftac_gym.dynamics import instruments, state
+from ftac_gym.dynamics.instruments import (
+    DISPLACEMENT_NOISE,
+    MODAL_RATE_NOISE,
+    WHEEL_NOISE,
+    carry,
+    fix_of,
+    gyro_rate,
+    nearly_unit,
+    reported,
+)
+from ftac_gym.faults import signals
+from ftac_gym.faults.signals import acts, part_at
+from ftac_gym.task import references, sensor_suite
+from ftac_gym.task.references import ReferenceKind
+from ftac_gym.utils import algebra, parameters, randomness
+from ftac_gym.utils.algebra import (
     add3,
     add4,
     cross3,
@@ -18,20 +33,6 @@ from ftac_gym.dynamics.algebra import (
     store4,
     store_unit,
 )
-from ftac_gym.dynamics.fault_signals import acts, part_at
-from ftac_gym.dynamics.instruments import (
-    DISPLACEMENT_NOISE,
-    MODAL_RATE_NOISE,
-    WHEEL_NOISE,
-    carry,
-    fix_of,
-    gyro_rate,
-    nearly_unit,
-    reported,
-)
-from ftac_gym.task import references, sensor_suite
-from ftac_gym.task.references import ReferenceKind
-from ftac_gym.utils import parameters, randomness
 from ftac_gym.utils.compiling import entry_point, inlined, merged
 from ftac_gym.utils.randomness import normals
 
@@ -110,7 +111,7 @@ def follow_rate(
         rate[i, axis], acceleration[i, axis] = sinusoid(record, axis, tick * period)[:2]
 
 
-@entry_point(algebra, fault_signals, instruments, parameters, randomness, references, sensor_suite, state)
+@entry_point(algebra, instruments, parameters, randomness, references, sensor_suite, signals, state)
 def sense(
     rows: Any,
     attitude: Any,

@@ -15,8 +15,8 @@ from typing import Any
 
 from numba import njit
 
-from ftac_gym.dynamics.fault_signals import constant_signals, step_signals
 from ftac_gym.dynamics.stiff_wheel import stiff_step
+from ftac_gym.faults.signals import constant_signals, step_signals
 from ftac_gym.utils.compiling import CONTRACT, inlined, merged
 
 

@@ -6,12 +6,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.dynamics import Simulator, algebra
-from ftac_gym.dynamics.algebra import add3, relative_quaternion, rotation_change, row3, scale3
+from ftac_gym.dynamics import Simulator
 from ftac_gym.envs import observation
 from ftac_gym.envs.observation import BOUND, RATE_SCALE, TIERS, fault_entries, fault_parts, observation_layout
 from ftac_gym.faults import fault_effect
 from ftac_gym.spacecraft.spacecraft import Spacecraft
+from ftac_gym.utils import algebra
+from ftac_gym.utils.algebra import add3, relative_quaternion, rotation_change, row3, scale3
 from ftac_gym.utils.compiling import entry_point, inlined
 from ftac_gym.utils.parameters import FloatArray
 

@@ -29,10 +29,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.attitude import mrp_from_quaternion, quaternion_error
-from ftac_gym.dynamics import Simulator, algebra
-from ftac_gym.dynamics.algebra import add3, norm3, relative_quaternion, rotation_change, row3
+from ftac_gym.dynamics import Simulator
 from ftac_gym.task.objective import COSTS
 from ftac_gym.task.scenario import success_steps
+from ftac_gym.utils import algebra
+from ftac_gym.utils.algebra import add3, norm3, relative_quaternion, rotation_change, row3
 from ftac_gym.utils.compiling import entry_point
 from ftac_gym.utils.parameters import FloatArray
 

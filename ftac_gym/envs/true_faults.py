@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.dynamics import Simulator, fault_signals
-from ftac_gym.dynamics.fault_signals import acts
+from ftac_gym.dynamics import Simulator
+from ftac_gym.faults import signals
+from ftac_gym.faults.signals import acts
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.compiling import entry_point
 
@@ -82,7 +83,7 @@ class TrueFaults:
         }
 
 
-@entry_point(fault_signals)
+@entry_point(signals)
 def _acting(entries: Any, switches: Any, ticks: Any, control_period: float, active: Any) -> None:
     """Write whether each fault acts now."""
     for i in range(entries.shape[0]):

@@ -1,6 +1,6 @@
 """Effects of faults at a moment: the truth, for oracles and plots.
 
-The compiled plant evaluates the same tables in :mod:`ftac_gym.dynamics.fault_signals`; ``tests/faults`` holds the two
+The compiled plant evaluates the same tables in :mod:`ftac_gym.faults.signals`; ``tests/faults`` holds the two
 to each other.
 """
 

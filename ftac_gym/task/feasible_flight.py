@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ftac_gym.dynamics import algebra, fault_signals
+from ftac_gym.faults import signals as fault_signals
 from ftac_gym.task import feasible_foresight, feasible_torque
 from ftac_gym.task.feasible_foresight import prepare, succeeds
 from ftac_gym.task.feasible_torque import (
@@ -18,11 +18,14 @@ from ftac_gym.task.feasible_torque import (
     load_signals,
     multiple,
     quaternion_product,
+    rotation_change,
+    row3,
     scaled3,
     share,
     symmetric_times,
 )
-from ftac_gym.utils.compiling import called, entry_point, merged
+from ftac_gym.utils import algebra
+from ftac_gym.utils.compiling import called, entry_point
 
 PLAN = np.dtype([("braking", "f8"), ("gyroscopic", "f8"), ("long_way", "f8"), ("foresight", "f8")])
 """One way to turn: the shares of the torque that braking uses and that the gyroscopic torque may take. ``long_way`` is
@@ -40,18 +43,10 @@ _PLANS = 8
 _NOTHING = (0.0, 0.0, 0.0)
 
 
-@merged
-def row(array: Any, k: int) -> Any:
-    """Return the entries of a row of three."""
-    return array[k, 0], array[k, 1], array[k, 2]
-
-
 @called
 def in_body(q: Any, a: Any) -> Any:
     """Return a vector of the reference frame in body axes, for the attitude q of the body in that frame."""
-    e = (q[1], q[2], q[3])
-    c = cross3(e, a)
-    return add3(add3(a, -2.0 * q[0], c), 2.0, cross3(e, c))
+    return add3(a, 1.0, rotation_change(q[0], (q[1], q[2], q[3]), a))
 
 
 @called
@@ -170,7 +165,7 @@ def flight(
     q = quaternion_product((aim[0], -aim[1], -aim[2], -aim[3]), q)
     w = (rate[0], rate[1], rate[2])
     if moving:
-        w = add3(w, -1.0, in_body(q, row(rates, 0)))
+        w = add3(w, -1.0, in_body(q, row3(rates, 0)))
     long_way = plan.long_way > 0.5
     point, aimed, plans = 0, _NOTHING, 0
     for k in range(steps + 1):
@@ -196,7 +191,7 @@ def flight(
         total = _NOTHING
         if coupled:
             for j in range(wheels):
-                total = add3(total, momentum[j], row(axes, j))
+                total = add3(total, momentum[j], row3(axes, j))
 
         # The rate at the end of the step: as fast as braking and the gyroscopic torque allow.
         if angle > 1e-6 and dot3(axis, aimed) < _TIP and plans < _PLANS:
@@ -211,7 +206,7 @@ def flight(
         # The torque that the motion needs in the middle of the step, and that for the change of the rate.
         follow, ahead = _NOTHING, _NOTHING
         if moving:
-            now, then = row(rates, k), row(rates, k + 1)
+            now, then = row3(rates, k), row3(rates, k + 1)
             follow = in_body(q, scaled3(0.5, add3(now, 1.0, then)))
             ahead = in_body(q, scaled3(1.0 / step, add3(then, -1.0, now)))
         middle = add3(add3(follow, 0.5, w), 0.5, next_rate)

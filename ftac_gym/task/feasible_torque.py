@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ftac_gym.dynamics import algebra
-from ftac_gym.dynamics.fault_signals import acts, bias_at, effectiveness_at, part_at
+from ftac_gym.faults.signals import acts, bias_at, effectiveness_at, part_at
+from ftac_gym.utils import algebra
 from ftac_gym.utils.compiling import called, merged
 
 CAPACITY = np.dtype(
@@ -26,9 +26,16 @@ SIGNALS = 6
 and backward, brake [N m]. A locked wheel has no effectiveness, and a torque as bias."""
 
 # Merged as machine code: inlined as statements, they would take twice as long to compile.
-add3, cross3, quaternion_product, symmetric_times = (
+add3, cross3, quaternion_product, rotation_change, row3, symmetric_times = (
     merged(getattr(function, "py_func", function))
-    for function in (algebra.add3, algebra.cross3, algebra.quaternion_product, algebra.symmetric_times)
+    for function in (
+        algebra.add3,
+        algebra.cross3,
+        algebra.quaternion_product,
+        algebra.rotation_change,
+        algebra.row3,
+        algebra.symmetric_times,
+    )
 )
 
 

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from numba import njit
 
 from ftac_gym import faults
-from ftac_gym.dynamics.fault_signals import acts, constant_signals, part_at, step_signals, untouched
 from ftac_gym.faults.effect import presence
+from ftac_gym.faults.signals import acts, constant_signals, part_at, step_signals, untouched
 from ftac_gym.faults.table import FLIPS
 from ftac_gym.spacecraft import Friction, WheelArray
 
