@@ -40,8 +40,8 @@ def fitted(episodes: Episodes, scenario: Scenario) -> Episodes:
 
     Returns
     -------
-    The same episodes. Their labels of feasibility are kept if duration and window of success are the same, and computed
-    anew otherwise.
+    The same episodes. Their labels of feasibility are kept if duration and criterion of success are the same, and
+    computed anew otherwise.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def fitted(episodes: Episodes, scenario: Scenario) -> Episodes:
         require(of(drawn_from) == of(scenario), "episodes", rule, drawn_from.name)
     _check_numbers(episodes, scenario)
     labelled = replace(episodes, scenario_json=scenario.to_json())
-    if (drawn_from.duration, drawn_from.success.hold) == (scenario.duration, scenario.success.hold):
+    if (drawn_from.duration, drawn_from.success) == (scenario.duration, scenario.success):
         return labelled
     return replace(labelled, feasible=scenario.feasibility(labelled))
 

@@ -25,7 +25,16 @@ def episodes():
     return TASK.draw(5, COUNT)
 
 
-@pytest.mark.parametrize("changes", [{"duration": 40.0}, {"duration": 300.0}, {"success": SuccessCriterion(hold=90.0)}])
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"duration": 40.0},
+        {"duration": 300.0},
+        {"success": SuccessCriterion(hold=90.0)},
+        {"success": SuccessCriterion(angle=1e-6, rate=1e-8)},
+        {"success": SuccessCriterion(angle=3.0, rate=1.0)},
+    ],
+)
 def test_labels_are_those_of_the_scenario_that_flies(changes, episodes):
     other = TASK.replace(**changes)
     own = other.draw(5, COUNT)
