@@ -60,8 +60,10 @@ class Config:
 
     episodes: int = 300
     """Drawn episodes of each case, which the policies fly."""
-    solved: int = 5
-    """Episodes of each case for the solver, of the feasible ones that no policy passes and of the infeasible ones."""
+    feasible: int = 5
+    """Episodes of each case for the solver, of the feasible ones that no policy passes."""
+    infeasible: int = 5
+    """Episodes of each case for the solver, of the infeasible ones."""
     intervals: int = 90
     """Intervals of constant torque."""
     policies: tuple[str, ...] = ("pd_dob", "nftsm_oracle", "nftsm_telemetry")
@@ -69,7 +71,7 @@ class Config:
     cases: tuple[str, ...] = ()
     """Cases to take; all by default."""
     output: Path | None = None
-    """File for the verdicts."""
+    """File for the verdicts. Those that it has of the same scenario are kept, and not solved again."""
 
 
 def cases() -> dict[str, Scenario]:
@@ -410,9 +412,14 @@ def chosen(mask: np.ndarray, count: int) -> list[int]:
     return found[np.unique(np.linspace(0, len(found) - 1, min(count, len(found))).astype(int))].tolist()
 
 
+def verdicts_in(path: Path | None) -> dict[str, dict[str, Any]]:
+    """Return the verdicts of a file, empty without one."""
+    return json.loads(path.read_text(encoding="utf-8")) if path is not None and path.exists() else {}
+
+
 def main(config: Config) -> None:
     """Draw, fly, solve, print and write."""
-    verdicts: dict[str, dict[str, Any]] = {}
+    verdicts = verdicts_in(config.output)
     for name, scenario in cases().items():
         if config.cases and name not in config.cases:
             continue
@@ -421,16 +428,22 @@ def main(config: Config) -> None:
         print(f"{name}: {feasible.mean():.3f} feasible, {passed.mean():.3f} passed by a policy, "
               f"{np.mean(~feasible & passed):.4f} infeasible and passed", flush=True)  # fmt: skip
         solver = Solver(scenario, config.intervals)
-        entry = verdicts[name] = {"scenario": bare(scenario).to_dict(), "passes": [], "impossible": []}
-        for index in [*chosen(feasible & ~passed, config.solved), *chosen(~feasible, config.solved)]:
+        described = bare(scenario).to_dict()
+        entry = verdicts.get(name, {})
+        if entry.get("scenario") != described:
+            entry = {"scenario": described, "passes": [], "impossible": []}
+        verdicts[name] = entry
+        for index in [*chosen(feasible & ~passed, config.feasible), *chosen(~feasible, config.infeasible)]:
+            if index in entry["passes"] + entry["impossible"]:
+                continue
             possible = bool(passed[index]) or solver.passes(episodes[index])
             entry["passes" if possible else "impossible"].append(index)
             print(f"  {index:4d} label {feasible[index]:d} policy {passed[index]:d} solver {possible:d}", flush=True)
-        numbers = np.array(entry["passes"] + entry["impossible"], dtype=np.int64)
-        solved = bare(scenario).draw_episodes([SEED] * len(numbers), numbers)
-        entry["digest"] = replace(solved, feasible=np.zeros(len(numbers), dtype=bool)).digest()
-        if config.output is not None:
-            config.output.write_text(json.dumps(verdicts, separators=(",", ":")) + "\n", encoding="utf-8")
+            numbers = np.array(entry["passes"] + entry["impossible"], dtype=np.int64)
+            solved = bare(scenario).draw_episodes([SEED] * len(numbers), numbers)
+            entry["digest"] = replace(solved, feasible=np.zeros(len(numbers), dtype=bool)).digest()
+            if config.output is not None:
+                config.output.write_text(json.dumps(verdicts, separators=(",", ":")) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -18,27 +18,30 @@ QUIET = scenarios.get("flagship").replace(
 BIAS, WEAK = 0.03, 0.4  # N m, share
 
 
-def estimates(faults, bandwidth, command, steps=60):
-    """Return the estimates (steps, m) under a constant command."""
-    scenario = QUIET.replace(faults=FaultSchedule(faults))
+def estimates(faults, bandwidth, command, delay, steps=60):
+    """Return the estimates (steps, m) under a constant command that takes effect after a loop delay."""
+    scenario = QUIET.replace(faults=FaultSchedule(faults), loop_delay=delay)
     simulator = Simulator(scenario, 1)
     simulator.reset(scenario.draw(0, 1))
     observer = observers.make("tachometer", scenario, Memory(1), bandwidth=bandwidth)
-    found = [observer.update(simulator.measurement(), np.zeros((1, 4)), 0.1).bias[0]]
+    found = []
     for _ in range(steps):
+        measurement = simulator.measurement()
+        found.append(observer.update(measurement, measurement.command_in_effect, 0.1).bias[0])
         simulator.step(command)
-        found.append(observer.update(simulator.measurement(), command, 0.1).bias[0])
     return np.array(found)
 
 
 @pytest.mark.parametrize("bandwidth", [1.0, 10.0])
-def test_it_converges_to_what_each_wheel_does_uncommanded_with_its_time_constant(bandwidth):
+@pytest.mark.parametrize("late", [0, 1, 3])
+def test_it_converges_to_what_each_wheel_does_uncommanded_with_its_time_constant(bandwidth, late):
+    """A bias acts at once, and the loss of effectiveness with the first command that takes effect."""
     command = np.array([[0.02, -0.01, 0.015, -0.02]])
     faults = (Bias(wheel=1, onset=0.0, constant=BIAS), LossOfEffectiveness(wheel=2, onset=0.0, effectiveness=WEAK))
-    found = estimates(faults, bandwidth, command)
-    expected = np.array([0.0, BIAS, (WEAK - 1.0) * command[0, 2], 0.0])
-    shares = 1.0 - np.exp(-bandwidth * 0.1 * np.arange(len(found)))[:, None]
-    np.testing.assert_allclose(found, shares * expected, atol=1e-9)
+    found = estimates(faults, bandwidth, command, 0.1 * late)
+    periods = np.arange(len(found))[:, None] - late * np.array([0, 0, 1, 0])
+    shares = 1.0 - np.exp(-bandwidth * 0.1 * np.maximum(periods, 0))
+    np.testing.assert_allclose(found, shares * [0.0, BIAS, (WEAK - 1.0) * command[0, 2], 0.0], atol=1e-9)
 
 
 def test_a_law_with_it_says_that_it_needs_telemetry():
