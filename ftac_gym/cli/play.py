@@ -21,8 +21,7 @@ from rich.progress import track
 from ftac_gym.cli.tasks import scenario_of, short_name
 from ftac_gym.envs.rendering import Window
 from ftac_gym.envs.rendering.toolkit import pygame
-from ftac_gym.faults import FaultSchedule
-from ftac_gym.faults.specification import NO_FAULTS, parse
+from ftac_gym.faults.specification import NO_FAULTS
 from ftac_gym.scenarios import frozen
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.console import exit_on
@@ -46,7 +45,8 @@ class Config:
     """Scenario: NAME, FILE.json or module:function."""
     fault: tuple[str, ...] = ()
     """Faults instead of the scenario's own, such as seizure:2@15 (wheel 2, after 15 s) or
-    loss_of_effectiveness:0@10,effectiveness=0.3; "none" for a healthy spacecraft."""
+    loss_of_effectiveness:0@10,effectiveness=0.3; beside its own with a plus, +seizure:2@15; "none" for a healthy
+    spacecraft."""
     seed: int | None = None
     """Seed of the episodes; by default that of the scenario's frozen test episodes, else 0."""
     episode: int = 0
@@ -70,11 +70,9 @@ class Config:
 def task(config: Config) -> Scenario:
     """Return the scenario with the faults of the command line."""
     scenario = scenario_of(config.scenario)
-    if config.fault == (NO_FAULTS,):
-        return scenario.replace(faults=None)
-    if config.fault:
-        return scenario.replace(faults=FaultSchedule(tuple(parse(text) for text in config.fault)))
-    return scenario
+    if not config.fault:
+        return scenario
+    return scenario.replace(faults=NO_FAULTS if config.fault == (NO_FAULTS,) else config.fault)
 
 
 def begin(config: Config) -> Session:

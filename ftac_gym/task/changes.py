@@ -51,7 +51,8 @@ def changed_faults(present: Any, change: Any, hint: Any) -> Any:
     change
         A fault, or a list of faults, each an object, its plain dict, or text: the schedule of these faults. Text is of
         the form of :func:`~ftac_gym.faults.specification.parse_all`, for example ``"outage:0@5"``; ``"none"`` is None.
-        Text that starts with ``+`` adds its faults to those present: to the ``always`` of a distribution.
+        Text that starts with ``+`` adds its faults to those present: to the ``always`` of a distribution. So does a
+        list of such texts.
     hint
         Type annotation of the field.
 
@@ -62,12 +63,12 @@ def changed_faults(present: Any, change: Any, hint: Any) -> Any:
     """
     if isinstance(change, str) and change == NO_FAULTS:
         return None
-    if isinstance(change, str) and change.startswith(ADDED):
-        return _with(present, parse_all(change.removeprefix(ADDED)))
     if isinstance(change, (str, Fault)) or _describes_fault(change):
         change = [change]
     if not isinstance(change, (list, tuple)):
         return changed(present, change, "faults", hint)
+    if change and all(isinstance(item, str) and item.startswith(ADDED) for item in change):
+        return _with(present, tuple(fault for item in change for fault in parse_all(item.removeprefix(ADDED))))
     found: list[Any] = []
     for number, item in enumerate(change):
         if isinstance(item, str):

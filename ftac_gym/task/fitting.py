@@ -15,12 +15,13 @@ import numpy as np
 from ftac_gym.faults.checking import check_faults
 from ftac_gym.task.disturbances import DISTURBANCE, HARMONIC
 from ftac_gym.task.episodes import Episodes
+from ftac_gym.task.gyro import LARGEST_SCALE_FACTOR, PART_PER_MILLION
 from ftac_gym.task.inertia import INERTIA, InertiaUncertainty
 from ftac_gym.task.initial_state import initial_dtype
 from ftac_gym.task.reach import LARGEST_TURN, extreme_moments, fastest_rate, moment_ratios, push_time
 from ftac_gym.task.references import REFERENCE, SET_POINT, ReferenceKind
 from ftac_gym.task.scenario import LONGEST_EXTRA, Scenario
-from ftac_gym.task.sensor_suite import LARGEST_SCALE_FACTOR, PART_PER_MILLION, SUITE, SensorSuite
+from ftac_gym.task.sensor_suite import SUITE, SensorSuite
 from ftac_gym.task.sensors import LARGEST_MISALIGNMENT, SENSOR
 from ftac_gym.task.vibration import LARGEST_PHASE, MODE, check_modes
 from ftac_gym.utils.parameters import FloatArray, fields_named, require

@@ -1,7 +1,12 @@
 """The viewer from the command line."""
 
+from dataclasses import replace
+
 import pytest
 from helpers.scripts import module_of, run
+
+from ftac_gym import scenarios
+from ftac_gym.faults import Bias, FaultSchedule, Seizure
 
 
 def test_a_seizure_under_two_policies_becomes_a_film(tmp_path):
@@ -9,6 +14,20 @@ def test_a_seizure_under_two_policies_becomes_a_film(tmp_path):
     done = run("play.py", *words.split(), "--output", "out/film.mp4", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "out" / "film.mp4").read_bytes()[4:8] == b"ftyp"
+
+
+def test_faults_replace_those_of_the_scenario_or_come_on_top_with_a_plus():
+    module, flagship = module_of("play"), scenarios.get("flagship")
+    seizure, bias = Seizure(wheel=2, onset=15.0, brake=2.0), Bias(wheel=1, onset=0.0, amplitude=0.08, frequency=0.3)
+    for words, expected in (
+        ((), flagship.faults),
+        (("none",), None),
+        (("seizure:2@15", "bias:1"), FaultSchedule((seizure, bias))),
+        (("+seizure:2@15", "+bias:1"), replace(flagship.faults, always=(seizure, bias))),
+    ):
+        assert module.task(module.Config(fault=words)).faults == expected
+    with pytest.raises(ValueError, match="KIND"):
+        module.task(module.Config(fault=("seizure:2@15", "+bias:1")))
 
 
 @pytest.mark.parametrize(
