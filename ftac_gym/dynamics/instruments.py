@@ -176,4 +176,4 @@ def reported(value: float, noise: float, deviates: Any, part: int, quantum: floa
     """Return a value with noise, of which there are four standard normal deviates, in steps of a quantum."""
     a, b, c, d = deviates
     noisy = value + noise * (a if part == 0 else (b if part == 1 else (c if part == 2 else d)))
-    return quantum * math.floor(noisy / quantum + 0.5) if quantum > 0.0 else noisy
+    return quantum * np.floor(noisy / quantum + 0.5) if quantum > 0.0 else noisy

@@ -18,7 +18,6 @@ from ftac_gym.dynamics.state import State, identity_quaternions
 from ftac_gym.dynamics.wheel_table import wheel_table
 from ftac_gym.faults import DrawnFaults, FaultEffect, fault_effect
 from ftac_gym.faults.checking import check_faults
-from ftac_gym.faults.table import LONGEST_DELAY
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.fitting import fitted
 from ftac_gym.task.measurement import Measurement
@@ -193,7 +192,7 @@ class Simulator:
         for name in initial.dtype.names or ():
             getattr(self.state, name)[rows] = initial[name][rows]
         self._gyro_bias[rows] = self._episodes.sensors["gyro_bias"][rows]
-        self._queue.begin(rows, episodes.extra_delay, _longest_delay(episodes.faults))
+        self._queue.begin(rows, episodes.extra_delay)
         for array in (self.state.wheel_torque, self.state.motor_torque, self.ticks):
             array[rows] = 0
         self._sense(rows)
@@ -255,8 +254,7 @@ class Simulator:
     def set_faults(self, drawn: DrawnFaults) -> None:
         """Change the faults in the middle of the episodes; see :mod:`ftac_gym.faults.live`.
 
-        ``episodes`` then are those with these faults from the start: flown again, they give the same flight. Only a
-        command delay that comes to spacecraft without any begins as if the commands had always been the latest one.
+        ``episodes`` then are those with these faults from the start: flown again, they give the same flight.
         The labels of feasibility stay those of the episodes as they were drawn.
 
         Parameters
@@ -276,7 +274,6 @@ class Simulator:
         check_faults(drawn, count, wheels)
         # A copy: new episodes are written to the tables.
         self._episodes = with_faults(self._drawn(), drawn.copy())
-        self._queue.allow(_longest_delay(drawn.wheels))
 
     def truth(self) -> FaultEffect:
         """Return the present effect of the faults of all spacecraft."""
@@ -332,11 +329,6 @@ class Simulator:
         if diverged:
             parts = {name: getattr(state, name) for name in MOVED}, {name: getattr(self, name) for name in SEEN}
             raise divergence(*parts, self.time, rows, self._largest_rate)
-
-
-def _longest_delay(faults: npt.NDArray[np.void]) -> int:
-    """Return the longest delay of commands that any fault can have if one of these has one [control periods]."""
-    return LONGEST_DELAY if (faults["delay"] > 0).any() else 0
 
 
 def _copied(episodes: Episodes, scenario: Scenario) -> Episodes:

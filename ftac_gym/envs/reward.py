@@ -81,7 +81,7 @@ class Reward:
         self._bounds = math.inf if self._bound is not None else cone, bounds.torque
         self._last_command = np.zeros((count, len(torque_limits)))
         # Flags of the window's control periods: 1 on target, 2 beyond the largest error. It is written in a circle.
-        self._window = np.zeros((count, min(success_steps(scenario), scenario.horizon)), dtype=np.uint8)
+        self._window = np.zeros((count, success_steps(scenario)), dtype=np.uint8)
         self._held = np.zeros((count, 2), dtype=np.int64)
         self.periods_on_target = np.zeros(count, dtype=np.int64)
         """(N,) control periods on target so far."""
@@ -123,9 +123,9 @@ class Reward:
     @property
     def success(self) -> npt.NDArray[np.bool_]:
         """(N,) mask of the spacecraft for which an episode that ended now would be a success."""
-        scenario = self._simulator.scenario
-        reached: npt.NDArray[np.bool_] = scenario.success.reached(
-            scenario.control_period, self._simulator.ticks, self._held[:, 0], self._held[:, 1]
+        window, success = self._window.shape[1], self._simulator.scenario.success
+        reached: npt.NDArray[np.bool_] = success.reached(
+            window, self._simulator.ticks, self._held[:, 0], self._held[:, 1]
         )
         return reached
 

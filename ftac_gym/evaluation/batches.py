@@ -159,7 +159,7 @@ class Batch:
         faults = math.prod(self.episodes.faults.shape[1:]) + self.episodes.sensor_faults.shape[1]
         types: dict[str, tuple[tuple[int, ...], str]] = dict.fromkeys(UNITS, ((count,), "float64"))
         types["attitude_error"] = ((samples, count), "float32")
-        types["relative_error"] = ((min(success_steps(self.scenario), samples), count), "float32")
+        types["relative_error"] = ((success_steps(self.scenario), count), "float32")
         types |= dict.fromkeys(_RECOVERIES.values(), ((count, faults), "float64"))
         types["recovery_kind"], types["recovery_recovered"] = ((count, faults), "int64"), ((count, faults), "bool")
         digest = str(result.pop(DIGEST, "absent"))

@@ -97,11 +97,14 @@ def compare(
     FlightError
         If a policy fails in flight; the message names policy, scenario and episode.
     ValueError
-        If two policies have one name, or the reference is not among them. If a policy does not fit the scenario: its
-        name stands first.
+        If there is no list of policies, two have one name, or the reference is not among them. If a policy does not fit
+        the scenario: its name stands first.
     """
-    named = dict(policies) if isinstance(policies, Mapping) else {policy_label(item): item for item in policies}
-    require(0 < len(named) == len(policies), "policies", "must be given, with names that differ", list(named))
+    listed = isinstance(policies, (list, tuple, Mapping))
+    require(listed, "policies", "must be a list of policies, or a dict of them by name", policies)
+    names = list(policies) if isinstance(policies, Mapping) else [policy_label(item) for item in policies]
+    named = dict(zip(names, policies.values() if isinstance(policies, Mapping) else policies, strict=True))
+    require(0 < len(named) == len(policies), "policies", "must be given, with names that differ", names)
     chosen = next(iter(named)) if reference is None else reference
     require(chosen in named, "reference", f"must be one of {list(named)}", chosen)
     task = scenarios.resolve(scenario)

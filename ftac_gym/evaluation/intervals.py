@@ -17,7 +17,7 @@ from scipy import stats
 from ftac_gym.evaluation.bootstrap import CONFIDENCE
 from ftac_gym.evaluation.shares import share_ends
 from ftac_gym.evaluation.statistics import Estimate
-from ftac_gym.utils.parameters import FloatArray, require
+from ftac_gym.utils.parameters import FloatArray, require, whole
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,9 +27,10 @@ class Survival:
     Attributes
     ----------
     times
-        (K,) increasing times, those of events and those of censored ones.
+        (K,) increasing times: zero, those of events and those of censored ones.
     share, low, high
-        (K,) share beyond each of them, from there on, with pointwise intervals (logarithm of the logarithm).
+        (K,) share beyond each of them, from there on, with pointwise intervals. They are by the logarithm of the
+        logarithm, and Wilson's where the share is one or zero.
     events, total
         Number of events, and of all times.
     """
@@ -42,11 +43,11 @@ class Survival:
     total: int
 
     def within(self, limit: float) -> Estimate:
-        """Return the share of times up to a limit, both included; NaN without times."""
+        """Return the share of times up to a limit, both included; NaN without times, a ValueError below zero."""
+        require(limit >= 0.0, "limit", "must not be negative", limit)
+        if not self.total:
+            return Estimate(np.nan, np.nan, np.nan, 0, 0, 0)
         last = int(np.searchsorted(self.times, limit, side="right")) - 1
-        if not self.total or last < 0:
-            value = 0.0 if self.total else np.nan
-            return Estimate(value, value, value, self.total, self.events, self.total)
         value, low, high = (1.0 - float(curve[last]) for curve in (self.share, self.high, self.low))
         return Estimate(value, low, high, self.total, self.events, self.total)
 
@@ -97,9 +98,20 @@ def survival(times: npt.ArrayLike, observed: npt.ArrayLike) -> Survival:
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore", RuntimeWarning)
         band: Any = curve.confidence_interval(CONFIDENCE, method="log-log")
-    # The band is not defined where the share is one or zero.
-    low, high = (np.where(np.isnan(end.probabilities), share, end.probabilities) for end in (band.low, band.high))
-    return Survival(curve.quantiles, share, low, high, int(seen.sum()), len(found))
+    low, high = band.low.probabilities, band.high.probabilities
+    for place in np.flatnonzero((share == 1.0) | (share == 0.0)):
+        # The band is not defined there. Times that were censored before say nothing about this one.
+        known = len(found) - int((found[~seen] < curve.quantiles[place]).sum())
+        low[place], high[place] = share_ends(share[place], known)
+    start, end = share_ends(1.0, len(found))
+    return Survival(
+        times=np.append(0.0, curve.quantiles),
+        share=np.append(1.0, share),
+        low=np.append(start, low),
+        high=np.append(end, high),
+        events=int(seen.sum()),
+        total=len(found),
+    )
 
 
 def share_of_count(count: int, total: int) -> Estimate:
@@ -110,9 +122,9 @@ def share_of_count(count: int, total: int) -> Estimate:
     Raises
     ------
     ValueError
-        If the count is not within [0, total].
+        If the count is not a whole number within [0, total].
     """
-    require(0 <= count <= total, "count", f"must be within [0, {total}]", count)
+    require(whole(count, 0, "count") <= whole(total, 0, "total"), "count", f"must be within [0, {total}]", count)
     if not total:
         return Estimate(np.nan, np.nan, np.nan, 0, 0, 0)
     return Estimate(count / total, *share_ends(count / total, total), int(total), int(total), int(total))
@@ -131,9 +143,9 @@ def rate_of_count(count: int, exposure: float) -> Estimate:
     Raises
     ------
     ValueError
-        If the count or the exposure is negative.
+        If the count is no whole number, or one is negative.
     """
-    require(count >= 0, "count", "must not be negative", count)
+    whole(count, 0, "count")
     require(exposure >= 0.0, "exposure", "must not be negative", exposure)
     if exposure == 0.0:
         return Estimate(np.nan, np.nan, np.nan, 0, 0, 0)

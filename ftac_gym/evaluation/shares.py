@@ -29,7 +29,8 @@ def effective_count(spread: float, variance: float, episodes: int) -> float:
     episodes
         The number if either is zero.
     """
-    return spread / variance if spread > 0.0 and variance > 0.0 else float(episodes)
+    # The variance of equal values is rounding.
+    return spread / variance if spread > 0.0 and variance > 1e-12 * spread else float(episodes)
 
 
 def share_ends(share: float, count: float) -> tuple[float, float]:

@@ -26,7 +26,7 @@ from ftac_gym.evaluation.tuning_objective import FAILED, Search, value_of
 from ftac_gym.evaluation.tuning_study import JOURNAL, Study, Trial
 from ftac_gym.utils.extras import naming_extra
 from ftac_gym.utils.files import locked, write_text
-from ftac_gym.utils.parameters import require
+from ftac_gym.utils.parameters import require, whole
 from ftac_gym.utils.processes import worker_pool
 
 with naming_extra():
@@ -86,13 +86,13 @@ def tune(
     Raises
     ------
     ValueError
-        If a number is not positive, another process uses the folder, it holds another study, or none of the gains could
-        be flown.
+        If a number is not whole and positive, another process uses the folder, it holds another study, or none of the
+        gains could be flown.
     OSError
         If the journal cannot be written, for example to a full disk. All finished trials are in it.
     """
-    require(trials > 0, "trials", "must be positive", trials)
-    require(workers > 0, "workers", "must be positive", workers)
+    whole(trials, 1, "trials")
+    whole(workers, 1, "workers")
     with locked(folder):
         return _tune(search, folder, trials, workers, progress)
 

@@ -19,7 +19,7 @@ from ftac_gym.policies import DeferredBaseline
 from ftac_gym.scenarios import frozen
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import FloatArray, require
+from ftac_gym.utils.parameters import FloatArray, require, whole
 
 DIGITS = 4
 """Significant digits of the gains that are flown and stored."""
@@ -69,8 +69,9 @@ class Search:
         require(self.objective in OBJECTIVES, "objective", f"must be one of {list(OBJECTIVES)}", self.objective)
         require(len(self.space) > 1, "baseline", "must have at least two gains to search", self.baseline)
         baselines.make(self.baseline, self.scenario)
-        require(self.episodes > 0, "episodes", "must be positive", self.episodes)
-        frozen.check_free(self.seed)
+        whole(self.episodes, 1, "episodes")
+        whole(self.sampler_seed, 0, "sampler_seed")
+        frozen.check_free(whole(self.seed, 0, "seed"))
         self.validation()
 
     def training(self) -> Episodes:

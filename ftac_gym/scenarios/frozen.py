@@ -15,7 +15,7 @@ import numpy as np
 from ftac_gym import scenarios
 from ftac_gym.task import Episodes, Scenario
 from ftac_gym.utils.files import reading, write_text
-from ftac_gym.utils.parameters import require
+from ftac_gym.utils.parameters import require, whole
 from ftac_gym.utils.serialization import parse_json
 
 FEASIBLE = 500
@@ -87,10 +87,15 @@ def load(split: str, feasible: int = FEASIBLE, kind: Kind = "test") -> Episodes:
         ones.
     """
     known = _lists()
-    require(split in known, "split", f"must be one of {list(known)}", split)
+    require(split in list(known), "split", f"must be one of {list(known)}", split)
     _check_kind(kind)
     entry = known[split][kind]
-    require(1 <= feasible <= entry["feasible"], "feasible", f"must be within [1, {entry['feasible']}]", feasible)
+    require(
+        1 <= whole(feasible, 1, "feasible") <= entry["feasible"],
+        "feasible",
+        f"must be within [1, {entry['feasible']}]",
+        feasible,
+    )
     episodes = scenarios.get(split).draw(entry["seed"], entry["count"])
     name = f"the frozen {kind} episodes of {split}"
     rule = f"must be {name}, digest {entry['digest']}; scenario or drawing has changed, digest"
@@ -106,7 +111,7 @@ def check_free(seed: int, name: str = "seed") -> None:
 
 
 def _check_kind(kind: str) -> None:
-    require(kind in FIRST_SEED, "kind", f"must be one of {list(FIRST_SEED)}", kind)
+    require(kind in list(FIRST_SEED), "kind", f"must be one of {list(FIRST_SEED)}", kind)
 
 
 def _lists() -> dict[str, Any]:

@@ -21,7 +21,8 @@ then keeps that torque. The last plans prepare the momenta for a wheel that will
 (:mod:`ftac_gym.task.feasible_foresight`). Where the wheels span no space to the end of an episode, the drift may pass
 the target in the window of success.
 
-Left out are the faults of the sensors, delays of commands, sensor noise, flexible modes, lag and dead-band.
+Left out are the faults of the sensors, delays of commands, sensor noise, flexible modes, lag, dead-band and the rate
+of tumbling.
 
 No label is exact: an episode without it may be passed by a path that none of the plans takes. The numbers are in the
 documentation, from ``benchmarks/feasible.py``.

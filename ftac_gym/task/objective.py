@@ -107,7 +107,7 @@ class SuccessCriterion:
     rate
         Largest rate error [rad/s].
     hold
-        Length of the window before the end [s].
+        Length of the window before the end [s]; in an episode that is not longer, the window is all of it.
     share
         Least share of the window's control periods on target, in (0, 1]; 1 asks for each of them.
     limit
@@ -137,17 +137,13 @@ class SuccessCriterion:
         """Largest pointing error in the window [rad]; infinite without a limit."""
         return math.inf if self.limit is None else self.limit * self.angle
 
-    def window(self, control_period: float) -> int:
-        """Return the number of control periods [s] in the window; a part of one counts as one."""
-        return math.ceil(self.hold / control_period - 1e-9)
-
-    def reached(self, control_period: float, flown: Any, on_target: Any, beyond: Any) -> Any:
+    def reached(self, window: int, flown: Any, on_target: Any, beyond: Any) -> Any:
         """Tell whether episodes are successes so far: the one rule of environments and evaluation.
 
         Parameters
         ----------
-        control_period
-            [s].
+        window
+            Control periods in the window, see :func:`~ftac_gym.task.scenario.success_steps`.
         flown
             Control periods so far, a number or (N,). Before the end of a first window there is no success.
         on_target
@@ -155,6 +151,5 @@ class SuccessCriterion:
         beyond
             The number that end with a pointing error above :attr:`largest_error`, a number or (N,).
         """
-        window = self.window(control_period)
         needed = math.ceil(self.share * window - 1e-9)
         return (flown >= window) & (on_target >= needed) & (beyond == 0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -358,8 +359,8 @@ def check_fields(changes: Iterable[str], call: str) -> None:
 
 
 def success_steps(scenario: Scenario) -> int:
-    """Return the number of control periods in the window of success before the end."""
-    return scenario.success.window(scenario.control_period)
+    """Return the number of control periods in the window of success before the end; a part of one counts as one."""
+    return min(math.ceil(scenario.success.hold / scenario.control_period - 1e-9), scenario.horizon)
 
 
 _FIELD_CLASSES = {

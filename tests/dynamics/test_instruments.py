@@ -261,6 +261,11 @@ def test_wheel_momentum_comes_in_steps_of_the_quantum():
     np.testing.assert_allclose(flight.momentum / 0.01, np.round(flight.momentum / 0.01), rtol=0.0, atol=1e-9)
 
 
+def test_a_tiny_quantum_changes_nothing():
+    flight = Flight(task(SensorSuite(wheels=WheelTelemetry(quantum=1e-20))), steps=50)
+    np.testing.assert_allclose(flight.momentum, flight.true_momentum, rtol=1e-15)
+
+
 def test_modes_have_white_noise_of_the_given_sizes():
     scenario = flown("flexible", NOISY)
     simulator = Simulator(scenario, 200)

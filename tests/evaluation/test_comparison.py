@@ -70,7 +70,9 @@ def test_the_episodes_of_a_number():
     ("arguments", "message"),
     [
         (({}, SHORT), "policies must be given"),
-        ((["pd", "pd"], SHORT), r"policies must be given, with names that differ, got \['pd'\]"),
+        ((["pd", "pd"], SHORT), r"policies must be given, with names that differ, got \['pd', 'pd'\]"),
+        (("pd", SHORT), "policies must be a list of policies, or a dict of them by name, got 'pd'"),
+        ((SHORT, ["pd"]), "policies must be a list of policies"),
         ((["pd"], SHORT, "pd_dob"), r"reference must be one of \['pd'\], got 'pd_dob'"),
         (({"mine": "nobody"}, SHORT), "^mine: policy must be"),
         (({"mine": lambda row: row}, SHORT), r"^mine: action.* must have shape"),

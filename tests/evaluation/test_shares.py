@@ -79,6 +79,12 @@ def test_a_share_of_time_keeps_the_bootstraps_width_and_has_one_at_the_end():
     assert estimate(np.ones(400), share).low < 1.0
 
 
+@pytest.mark.parametrize("count", [1, 3, 30])
+def test_equal_shares_of_time_leave_room(count):
+    found = estimate(np.full(count, 0.9), share)
+    assert (found.low, found.high) == pytest.approx(share_ends(0.9, count))
+
+
 def test_the_ends_of_a_difference_of_independent_shares():
     """Two equal shares have an interval about zero, wider than that of either share by the root of two."""
     low, high = newcombe_ends(0.9, 0.9, 50)

@@ -172,7 +172,8 @@ def test_a_study_of_another_space_is_refused(entries, flown, tmp_path, monkeypat
 
 
 @pytest.mark.parametrize("name", ["trials", "workers"])
-def test_numbers_are_checked(name, tmp_path):
-    with pytest.raises(ValueError, match=f"{name} must be positive, got 0"):
-        tune(SEARCH, tmp_path / "new", **{"trials": 3, name: 0})
+@pytest.mark.parametrize("value", [0, 2.5, "2", None, True])
+def test_numbers_are_checked(name, value, tmp_path):
+    with pytest.raises(ValueError, match=f"{name} must be a whole number, 1 or more, got {value!r}"):
+        tune(SEARCH, tmp_path / "new", **{"trials": 3, name: value})
     assert not (tmp_path / "new").exists()

@@ -73,7 +73,9 @@ def test_the_start(entries, monkeypatch):
     [
         ({"baseline": "unknown"}, "baseline must be one of .*'unknown'"),
         ({"objective": "energy"}, r"objective must be one of \['availability', 'success', 'return'\], got 'energy'"),
-        ({"episodes": 0}, "episodes must be positive, got 0"),
+        ({"episodes": 0}, "episodes must be a whole number, 1 or more, got 0"),
+        ({"episodes": "a"}, "episodes must be a whole number, 1 or more, got 'a'"),
+        ({"seed": "a"}, "seed must be a whole number, 0 or more, got 'a'"),
         ({"seed": 10_000}, r"seed must not be within \[10000, 29999\], the seeds of frozen .*, got 10000"),
         ({"seed": 21_000}, "seed must not be within .*, got 21000"),
     ],

@@ -50,7 +50,7 @@ def pair(scenario, count=2):
     return simulator, baselines.make("pd_dob", scenario, count)
 
 
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind is not CommandDelay], ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
 def test_a_flight_with_live_faults_is_the_one_of_its_episode(kind):
     scenario = rubbing(HEALTHY)
     fault = example(kind) if issubclass(kind, SensorFault) else example(kind, wheel=1)
@@ -85,7 +85,28 @@ def test_a_live_command_delay_makes_commands_late():
     for command in (0.1, 0.15, 0.2, 0.0):
         simulator.step(np.full((2, 4), command))
         torques.append(simulator.state.wheel_torque[:, 2].copy())
-    np.testing.assert_allclose(torques, [[0.05, 0.1], [0.05, 0.15], [0.1, 0.2], [0.15, 0.0]])
+    np.testing.assert_allclose(torques, [[0.0, 0.1], [0.05, 0.15], [0.1, 0.2], [0.15, 0.0]])
+
+
+def test_a_live_command_delay_does_not_depend_on_other_spacecraft():
+    fault, late = CommandDelay(wheel=2, periods=4.0), CommandDelay(wheel=0, periods=5.0)
+    commands = np.random.default_rng(1).uniform(-0.2, 0.2, (30, 4))
+    momenta = []
+    for others, extra in ((0, 0), (1, 0), (1, 7)):
+        simulator = Simulator(HEALTHY, 1 + others)
+        episodes = HEALTHY.draw(0, 1 + others)
+        episodes.extra_delay[1:] = extra
+        simulator.reset(episodes)
+        drawn = simulator.faults
+        for other in range(1, 1 + others):
+            drawn = add_fault(drawn, other, late, 0.0, LIMITS, np.random.default_rng(0))
+        for step, command in enumerate(commands):
+            if step == 10:
+                drawn = add_fault(drawn, 0, fault, simulator.time[0], LIMITS, np.random.default_rng(0))
+                simulator.set_faults(drawn)
+            simulator.step(np.tile(command, (1 + others, 1)))
+        momenta.append(simulator.state.wheel_momentum[0].copy())
+    np.testing.assert_array_equal(momenta[1:], momenta[:1] * 2)
 
 
 def test_faults_pile_up_on_a_wheel_and_clearing_ends_them_all():

@@ -59,8 +59,12 @@ def test_a_shorter_list_is_the_beginning_of_the_whole():
     ("arguments", "message"),
     [
         (("flagchip",), r"split must be one of \['flagship', .*got 'flagchip'"),
-        (("flagship", 0), r"feasible must be within \[1, 500\], got 0"),
+        (("flagship", 0), "feasible must be a whole number, 1 or more, got 0"),
         (("flagship", 501), r"feasible must be within \[1, 500\], got 501"),
+        (("flagship", 2.5), "feasible must be a whole number, 1 or more, got 2.5"),
+        (("flagship", None), "feasible must be a whole number, 1 or more, got None"),
+        ((["flagship"],), r"split must be one of .*got \['flagship'\]"),
+        (("flagship", 5, ["test"]), r"kind must be one of .*, got \['test'\]"),
         (("flagship", 5, "training"), r"kind must be one of \['validation', 'test'\], got 'training'"),
     ],
 )

@@ -77,9 +77,11 @@ def diagnose(
     Raises
     ------
     ValueError
-        If the policy does not fit the scenario, does not estimate faults, or is told the truth about them.
+        If the policy does not fit the scenario, does not estimate faults, or is told the truth about them. If the rule
+        is no rule.
     """
     task, chosen = scenarios.resolve(scenario), AlarmRule() if rule is None else rule
+    require(isinstance(chosen, AlarmRule), "rule", "must be an AlarmRule or None", rule)
     shown = name if name is not None else policy_label(policy)
     resolved = resolve(policy, task.name)
     check_estimates(resolved, task, shown)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -117,7 +118,7 @@ def alarms_of(estimates: FaultEstimate, rule: AlarmRule, wheels: WheelArray, con
     torque = estimates.disturbance
     known = [*excess, *([] if torque is None else [torque])]
     require(len(known) > 0, "estimate", "must have alarm, effectiveness, bias or disturbance", estimates)
-    periods = max(1, round(rule.hold / control_period))
+    periods = max(1, math.ceil(rule.hold / control_period - 1e-9))
     weights = np.zeros((*known[0].shape[:2], wheels.count))
     if excess:
         largest = np.maximum.reduce(excess)

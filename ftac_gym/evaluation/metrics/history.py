@@ -77,7 +77,7 @@ class Rollout:
     @property
     def window(self) -> slice:
         """The samples of the window of success: those that end its control periods, of axis 0 of the histories."""
-        return slice(max(len(self.time) - success_steps(self.scenario), 0), None)
+        return slice(len(self.time) - success_steps(self.scenario), None)
 
     @property
     def error_vector(self) -> FloatArray:

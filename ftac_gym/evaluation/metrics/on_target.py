@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.evaluation.metrics.metric import Metric
+from ftac_gym.task.scenario import success_steps
 from ftac_gym.utils.parameters import FloatArray
 
 if TYPE_CHECKING:
@@ -33,11 +34,12 @@ METRICS = (
 
 def measure(history: Rollout) -> dict[str, FloatArray]:
     """Return the metrics, arrays (N,) by name."""
-    period, success = history.scenario.control_period, history.scenario.success
+    scenario = history.scenario
+    period, success = scenario.control_period, scenario.success
     on_target, window = history.on_target, history.window
     steps = len(on_target) - 1
     beyond = (history.attitude_error[window] > success.largest_error).sum(axis=0)
-    reached = success.reached(period, steps, on_target[window].sum(axis=0), beyond)
+    reached = success.reached(success_steps(scenario), steps, on_target[window].sum(axis=0), beyond)
     return {
         "availability": on_target[1:].mean(axis=0),
         "success": reached.astype(np.float64),

@@ -109,7 +109,8 @@ def recoveries(
         place = episode, fault
         found.kind[place], found.onset[place], found.recovered[place] = kind[place], start, back is not None
         returned = (first + back) * control_period if back else start
-        found.time[place] = (end if back is None else returned) - start
+        # Rounding must not take a recovery beyond a limit.
+        found.time[place] = round((end if back is None else returned) - start, 9)
         found.peak[place] = attitude_error[first:last, episode].max()
     return found
 

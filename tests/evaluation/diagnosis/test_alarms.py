@@ -39,6 +39,13 @@ def test_a_threshold_must_be_exceeded_for_the_hold():
     assert not found.wheels[:, 0, [0, 2, 3]].any() and not found.body.any()
 
 
+@pytest.mark.parametrize(("hold", "periods"), [(0.0, 1), (0.1, 1), (0.15, 2), (0.25, 3), (0.3, 3), (0.45, 5)])
+def test_an_alarm_never_comes_before_the_hold(hold, periods):
+    estimates = FaultEstimate(bias=column(*[0.06] * STEPS, at=1))
+    found = alarms_of(estimates, replace(RULE, hold=hold), WHEELS, PERIOD)
+    assert np.flatnonzero(found.wheels[:, 0, 1])[0] == periods - 1
+
+
 def test_effectiveness_counts_where_it_can_be_identified():
     low = np.ones((STEPS, 1, 4))
     low[:, 0, 3] = 0.2

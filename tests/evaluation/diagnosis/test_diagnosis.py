@@ -77,6 +77,8 @@ def test_an_estimator_without_alarms_misses_everything():
 def test_policies_that_do_not_estimate_are_refused_by_name(policy):
     with pytest.raises(ValueError, match=f"policy must estimate faults to be judged by a diagnosis, got '{policy}'"):
         diagnose(TASK, policy, EPISODES)
+    with pytest.raises(ValueError, match="rule must be an AlarmRule or None, got 5"):
+        diagnose(TASK, "nftsm_observer", EPISODES, rule=5)
     with pytest.raises(ValueError, match=f"policy must estimate faults where estimates are recorded, got '{policy}'"):
         rollout(TASK, policy, EPISODES, estimates=True)
 

@@ -27,6 +27,14 @@ def test_recovery_lasts_from_the_onset_to_the_end_of_the_excursion():
     assert found([*SLEW, (52, 7.0), (65, 0.2)], [5.04]) == [(5.04, 1.46, True, 7.0)]
 
 
+@pytest.mark.parametrize("onset", np.arange(1, 30) * 0.1 + 2.0)
+def test_rounding_does_not_lengthen_a_recovery(onset):
+    """Some multiples of the control period, 3.3 s for example, have a difference that rounds upwards."""
+    (place,) = np.flatnonzero(np.isclose(np.arange(STEPS + 1) * PERIOD, onset))
+    time = history(error=errors([*SLEW, (place + 2, 7.0), (place + 30, 0.2)]), onset=[onset]).recoveries().time
+    assert np.nanmax(time) == 3.0
+
+
 def test_a_harmless_fault_takes_no_time_to_recover_from():
     assert found(SLEW, [5.0]) == [(5.0, 0.0, True, 0.5)]
 
