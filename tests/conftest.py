@@ -1,6 +1,12 @@
 """Settings of the whole suite."""
 
+import os
+
 from hypothesis import HealthCheck, settings
+
+# Before PyTorch is imported, here and in child processes: several threads of each would compete for the cores, and a
+# small network takes a hundred times as long.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 # No test is timed: a loaded machine is slow, not wrong.
 settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])

@@ -34,7 +34,7 @@ from ftac_gym.baselines.custom import BaselineLike, baseline_at
 from ftac_gym.baselines.gains import SearchSpace, merged
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.importing import is_path
-from ftac_gym.utils.parameters import require, require_keywords
+from ftac_gym.utils.parameters import broken, require, require_keywords
 
 GAINS = ("default", "tuned")
 """Sets of gains that :func:`make` takes by name."""
@@ -139,8 +139,8 @@ def _entry(name: BaselineLike) -> Entry:
         return Entry(name)
     if is_path(name):
         return Entry(baseline_at(name))
-    rule = f'must be {known_names(name)}, or "module:Class" for a custom baseline'
-    require(name in ENTRIES, "baseline", rule, name)
+    if name not in ENTRIES:
+        raise broken("baseline", f'must be {known_names(name)}, or "module:Class" for a custom baseline', name)
     return ENTRIES[name]
 
 

@@ -19,7 +19,6 @@ from ftac_gym.evaluation.episodes import FEASIBLE, judging_episodes
 from ftac_gym.evaluation.identity import identity
 from ftac_gym.evaluation.metrics import UNITS, Metrics, Recoveries
 from ftac_gym.evaluation.rollout import rollout
-from ftac_gym.evaluation.threads import one_torch_thread
 from ftac_gym.policies import DeferredBaseline, Policy, PolicyRunner, check_task, policy_label, resolve
 from ftac_gym.scenarios import ScenarioLike
 from ftac_gym.task.episodes import Episodes
@@ -113,8 +112,7 @@ class Batch:
             raise self._failure(error) from error
 
     def _flown(self, part: slice) -> BatchResult:
-        with one_torch_thread():
-            history = rollout(self.scenario, self.policy, self.episodes[part])
+        history = rollout(self.scenario, self.policy, self.episodes[part])
         errors = {name: np.degrees(getattr(history, name)).astype(np.float32) for name in _HISTORIES}
         recoveries = history.recoveries()
         return {

@@ -9,6 +9,7 @@ import numpy as np
 from ftac_gym import scenarios
 from ftac_gym.baselines import FaultEstimate
 from ftac_gym.evaluation.metrics import Rollout
+from ftac_gym.evaluation.threads import one_torch_thread
 from ftac_gym.policies import PolicyRunner, check_task, policy_label, resolve
 from ftac_gym.scenarios import ScenarioLike
 from ftac_gym.task.episodes import Episodes
@@ -30,6 +31,8 @@ def rollout(
     estimates: bool = False,
 ) -> Rollout:
     """Run a policy through episodes, all of them side by side, to their full length.
+
+    PyTorch, if a policy uses it, has one thread meanwhile: :func:`~ftac_gym.evaluation.threads.one_torch_thread`.
 
     Parameters
     ----------
@@ -67,14 +70,15 @@ def rollout(
     rewards = np.empty((steps, len(drawn)))
     command = np.empty((steps, len(drawn), task.spacecraft.wheels.count))
     log = _EstimateLog(runner, steps, policy_label(policy)) if estimates else None
-    for step in range(steps + 1):
-        for name, values in _truth(runner).items():
-            histories[name][step] = values
-        if recorder is not None:
-            recorder(step, runner)
-        if step < steps:
-            rewards[step] = runner.step(log)
-            command[step] = simulator.last_command
+    with one_torch_thread():
+        for step in range(steps + 1):
+            for name, values in _truth(runner).items():
+                histories[name][step] = values
+            if recorder is not None:
+                recorder(step, runner)
+            if step < steps:
+                rewards[step] = runner.step(log)
+                command[step] = simulator.last_command
     return Rollout(
         scenario=task,
         episodes=drawn,

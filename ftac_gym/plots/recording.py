@@ -18,7 +18,7 @@ from ftac_gym.dynamics import Simulator
 from ftac_gym.evaluation.metrics import Rollout
 from ftac_gym.evaluation.truth import command_in_effect
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import FloatArray, require
+from ftac_gym.utils.parameters import FloatArray, broken, require
 
 _PARTS = ("effectiveness", "bias", "identifiable", "disturbance", "vibration")
 
@@ -111,9 +111,9 @@ def _observer(
     if named or (isinstance(source, type) and issubclass(source, Baseline)):
         return baselines.make(source, scenario, count, gains, **changes)
     require(gains == "default", "gains", "must be 'default' unless source is a baseline of this package", gains)
-    rule = f"must be a Baseline class, {known_names(str(source))} "
-    rule += f"or an observer ({', '.join(observers.names())})"
-    require(isinstance(source, str) and source in observers.names(), "source", rule, source)
+    if not isinstance(source, str) or source not in observers.names():
+        known = f"{known_names(str(source))} or an observer ({', '.join(observers.names())})"
+        raise broken("source", f"must be a Baseline class, {known}", source)
     return FaultSource(scenario, Memory(count), source, changes)
 
 

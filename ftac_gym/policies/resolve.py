@@ -13,7 +13,7 @@ from ftac_gym.policies.policy import DeferredBaseline, Policy, named_gains
 from ftac_gym.policies.references import REFERENCES
 from ftac_gym.policies.text import external, is_external
 from ftac_gym.policies.torchrl import from_torchrl, is_tensordict_module
-from ftac_gym.utils.parameters import require
+from ftac_gym.utils.parameters import broken, require
 
 AGENT = "agent"
 """Name of the shipped residual of a scenario, or of the flagship's if the scenario has none."""
@@ -113,8 +113,9 @@ def agent_path(name: str | Path, scenario: str = "flagship") -> Path | None:
         return SHIPPED / text
     if baselines.is_baseline(named_gains(text)[0]):
         return None
-    rule = f"must be {AGENT!r}, a shipped agent ({', '.join(shipped)}), {known_names(text)}, "
-    rule += "'nftsm tuned', 'nftsm FILE.json', 'module:name', 'sb3:PATH', 'zoo:PATH', 'onnx:PATH', "
-    rule += "or the path of an agent"
-    require(os.path.exists(text), "policy", rule, text)
+    if not os.path.exists(text):
+        rule = f"must be {AGENT!r}, a shipped agent ({', '.join(shipped)}), {known_names(text)}, "
+        rule += "'nftsm tuned', 'nftsm FILE.json', 'module:name', 'sb3:PATH', 'zoo:PATH', 'onnx:PATH', "
+        rule += "or the path of an agent"
+        raise broken("policy", rule, text)
     return Path(text)

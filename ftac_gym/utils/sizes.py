@@ -29,6 +29,8 @@ def check_size(value: Any, field: str) -> None:
     ValueError
         If a number is larger than :data:`LARGEST_NUMBER`, or not finite; the message has the path of the number.
     """
+    if _fits(value):  # Paths are needed for errors alone.
+        return
     if dataclasses.is_dataclass(value):
         for item in dataclasses.fields(value):
             check_size(getattr(value, item.name), f"{field}.{item.name}" if field else item.name)
@@ -40,3 +42,19 @@ def check_size(value: Any, field: str) -> None:
             check_size(entry, f"{field}[{index}]")
     elif is_number(value):
         require(abs(finite(value, field)) <= LARGEST_NUMBER, field, f"must be within {LARGEST_NUMBER:g} of zero", value)
+
+
+def _fits(value: Any) -> bool:
+    """Return whether all numbers in a value are within :data:`LARGEST_NUMBER` of zero."""
+    kind = type(value)
+    if kind is float or kind is int:
+        return bool(-LARGEST_NUMBER <= value <= LARGEST_NUMBER)
+    if kind is tuple or kind is list:
+        return all(map(_fits, value))
+    if dataclasses.is_dataclass(value):
+        return all(_fits(getattr(value, item.name)) for item in dataclasses.fields(value))
+    if isinstance(value, Mapping):
+        return all(map(_fits, value.values()))
+    if isinstance(value, (tuple, list)) or (isinstance(value, np.ndarray) and value.ndim > 0):
+        return all(map(_fits, value))
+    return not is_number(value) or bool(-LARGEST_NUMBER <= value <= LARGEST_NUMBER)

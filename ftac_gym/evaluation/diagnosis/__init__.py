@@ -26,7 +26,6 @@ from ftac_gym.evaluation.diagnosis.result import (
 from ftac_gym.evaluation.episodes import FEASIBLE, judging_episodes
 from ftac_gym.evaluation.metrics import Rollout
 from ftac_gym.evaluation.rollout import rollout
-from ftac_gym.evaluation.threads import one_torch_thread
 from ftac_gym.policies import PolicyRunner, check_task, policy_label, resolve
 from ftac_gym.policies.policy import Policy
 from ftac_gym.scenarios import ScenarioLike
@@ -89,8 +88,7 @@ def diagnose(
     parts = []
     for first in range(0, len(drawn), BATCH):
         batch = drawn[first : first + BATCH]
-        with one_torch_thread():
-            history = rollout(task, resolved, batch, estimates=True)
+        history = rollout(task, resolved, batch, estimates=True)
         parts.append(diagnosis_of(history, chosen, shown))
         parts[-1].detections["episode"] += first
         if progress is not None:

@@ -15,6 +15,7 @@ from ftac_gym.task.initial_state import InitialState
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray
+from ftac_gym.utils.randomness import Stream, keys_from_seeds, uniforms
 
 GAIN = 5.0
 """k [N m]."""
@@ -92,13 +93,17 @@ def largest_torque(plan: Plan, states: int = 20000) -> float:
 
     The wheels are unlimited.
     """
-    free = with_limit(plan.scenario, UNLIMITED).replace(initial_state=InitialState(max_rate=1.0))
-    episodes = free.draw(0, states)
-    start = episodes.initial
+    free = with_limit(plan.scenario, UNLIMITED)
+    wheels, starts = free.spacecraft.wheels, InitialState(max_rate=1.0)
+    # The states alone: whole episodes would be labelled too.
+    keys, numbers = np.repeat(keys_from_seeds([0]), states, axis=0), np.arange(states)
+    start = starts.draw(
+        uniforms(keys, numbers, Stream.INITIAL_STATE, starts.uniform_count(wheels.count)), wheels.momentum_limits
+    )
     built = baselines.make(plan.baseline, free, states, **plan.gains)
     identity = np.broadcast_to(np.array([1.0, 0.0, 0.0, 0.0]), (states, 4))
     # At time zero w_d = 0 and w_d' is the largest.
-    motion = reference_motion(episodes, np.zeros(1))
+    motion = reference_motion(free.draw(0, 1), np.zeros(1))
     torque = built.act(_measurement(start["attitude"], start["rate"], identity, motion.rate[0], motion.acceleration[0]))
     return float(np.abs(torque).max())
 
