@@ -8,7 +8,8 @@ is given the truth and all faults in advance. The flight has what decides feasib
 2. Momentum. The torques add up to the momenta of the wheels, and these to the gyroscopic torque w x (J w + D h). Wheels
    with redundancy give up momentum that no torque needs. So the wheels must hold the total momentum at every attitude
    on the way and at the target, and a slow turn needs a torque too.
-3. Time. The turn is about the axis of the error, as fast as braking with the torque of later times allows. The label
+3. Time. The turn is as fast as braking with the torque of later times allows: about the axis of the error, or a tilt of
+   the stored momentum with a turn about it (:mod:`ftac_gym.task.feasible_path`). The label
    asks for success as the evaluation does: ``success.share`` of the times of the last ``success.hold`` seconds on
    target, and none beyond ``success.limit`` cones.
 4. Following. A moving reference takes its torque and momentum first.
@@ -50,9 +51,21 @@ if TYPE_CHECKING:
     from ftac_gym.task.scenario import Scenario
 
 PLANS = np.array(
-    [(0.9, 0.4, 0, 0), (0.6, 0.7, 0, 0), (0.8, 0.2, 0, 0), (0.9, 0.4, 1, 0), (0.9, 0.4, 0, 1), (0.7, 0.5, 0, 1)], PLAN
+    [
+        (0.9, 0.4, 0, 0, 0),
+        (0.6, 0.7, 0, 0, 0),
+        (0.8, 0.2, 0, 0, 0),
+        (0.9, 0.4, 1, 0, 0),
+        (0.9, 0.4, 0, 1, 0),
+        (0.7, 0.5, 0, 1, 0),
+        (0.6, 0.95, 0, 0, 0),
+        (0.9, 0.8, 0, 0, 1),
+        (0.6, 0.95, 0, 0, 1),
+    ],
+    PLAN,
 )
-"""Ways to turn: fast, with more and with less gyroscopic torque, the long way round, and prepared for the faults."""
+"""Ways to turn: fast, with more and with less gyroscopic torque, the long way round, prepared for the faults, with
+nearly all torque as gyroscopic torque, and as a tilt of the stored momentum."""
 
 TORQUE_SHARE = 0.97
 """Share of the torque limits that the flights use."""

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from ftac_gym.faults import signals as fault_signals
-from ftac_gym.task import feasible_foresight, feasible_torque
+from ftac_gym.task import feasible_foresight, feasible_path, feasible_torque
 from ftac_gym.task.feasible_foresight import prepare, succeeds
+from ftac_gym.task.feasible_path import about_momentum, in_body, rotation_vector
 from ftac_gym.task.feasible_torque import (
     SIGNALS,
     add3,
@@ -18,7 +19,6 @@ from ftac_gym.task.feasible_torque import (
     load_signals,
     multiple,
     quaternion_product,
-    rotation_change,
     row3,
     scaled3,
     share,
@@ -27,7 +27,7 @@ from ftac_gym.task.feasible_torque import (
 from ftac_gym.utils import algebra
 from ftac_gym.utils.compiling import called, entry_point
 
-PLAN = np.dtype([("braking", "f8"), ("gyroscopic", "f8"), ("long_way", "f8"), ("foresight", "f8")])
+PLAN = np.dtype([(name, "f8") for name in ("braking", "gyroscopic", "long_way", "foresight", "tilt")])
 """One way to turn: the shares of the torque that braking uses and that the gyroscopic torque may take. ``long_way`` is
 1.0 for the long way round, ``foresight`` 1.0 for wheels that are prepared for faults to come."""
 
@@ -41,12 +41,6 @@ _PLANS = 8
 """Most plans of braking in a flight."""
 
 _NOTHING = (0.0, 0.0, 0.0)
-
-
-@called
-def in_body(q: Any, a: Any) -> Any:
-    """Return a vector of the reference frame in body axes, for the attitude q of the body in that frame."""
-    return add3(a, 1.0, rotation_change(q[0], (q[1], q[2], q[3]), a))
 
 
 @called
@@ -174,27 +168,28 @@ def flight(
             old, new = points[point].attitude, points[point + 1].attitude
             change = quaternion_product((new[0], -new[1], -new[2], -new[3]), (old[0], old[1], old[2], old[3]))
             q, aimed, point = quaternion_product(change, q), _NOTHING, point + 1
-        sine = math.sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
-        angle, way = 2.0 * math.atan2(sine, abs(q[0])), 1.0 if q[0] >= 0.0 else -1.0
-        unit = way / sine if sine > 1e-12 else 0.0
-        path[k, 0], path[k, 1], path[k, 2] = angle * unit * q[1], angle * unit * q[2], angle * unit * q[3]
+        turn = rotation_vector(q)
+        path[k, 0], path[k, 1], path[k, 2] = turn
         path[k, 3], path[k, 4], path[k, 5] = w
         for j in range(wheels):
             path[k, 6 + j] = momentum[j]
         if k == steps:
             break
-        long_way = long_way and angle > 0.5 * math.pi
-        if long_way:
-            angle, unit = 2.0 * math.pi - angle, -unit
-        axis = (unit * q[1], unit * q[2], unit * q[3])
         bounds(signals[k], capacity, momentum, step, True, low, high)
         total = _NOTHING
         if coupled:
             for j in range(wheels):
                 total = add3(total, momentum[j], row3(axes, j))
+        if plan.tilt > 0.5:
+            turn = about_momentum(q, total)
+        angle = math.sqrt(dot3(turn, turn))
+        axis = scaled3(1.0 / angle, turn) if angle > 1e-12 else _NOTHING
+        long_way = long_way and angle > 0.5 * math.pi
+        if long_way:
+            angle, axis = 2.0 * math.pi - angle, scaled3(-1.0, axis)
 
         # The rate at the end of the step: as fast as braking and the gyroscopic torque allow.
-        if angle > 1e-6 and dot3(axis, aimed) < _TIP and plans < _PLANS:
+        if plans == 0 or (angle > 1e-6 and dot3(axis, aimed) < _TIP and plans < _PLANS):
             aimed, plans = axis, plans + 1
             along = symmetric_times(tensor, axis)
             plan_braking(k, along, plan.braking, normals, across, signals, capacity, momentum, step, work, braking)
@@ -213,9 +208,13 @@ def flight(
         external = external_torque(steady, harmonics, time + 0.5 * step)
         if steady.rate_scaled > 0.5:
             external = scaled3(dot3(middle, middle) + steady.rate_offset, external)
-        base = add3(cross3(middle, add3(total, 1.0, symmetric_times(tensor, middle))), -1.0, external)
-        base = add3(base, 1.0, symmetric_times(tensor, add3(ahead, -1.0, cross3(w, follow))))
+        turning = symmetric_times(tensor, add3(ahead, -1.0, cross3(w, follow)))
         push = symmetric_times(tensor, scaled3(1.0 / step, add3(next_rate, -1.0, w)))
+        own = symmetric_times(tensor, middle)
+        base = add3(add3(cross3(middle, add3(total, 1.0, own)), -1.0, external), 1.0, turning)
+        # Again with the momentum of the wheels in the middle of the step, without which the whole would not be kept.
+        total = add3(total, -0.5 * step, add3(base, 1.0, push))
+        base = add3(add3(cross3(middle, add3(total, 1.0, own)), -1.0, external), 1.0, turning)
         part = min(1.0, multiple(normals, across, base, push, low, high, True))
         for j in range(wheels):
             torque[j] = UNWINDING * momentum[j]
@@ -225,16 +224,16 @@ def flight(
 
         reached = add3(w, step, symmetric_times(inverse, add3(given, -1.0, base)))
         half = scaled3(0.25 * step, add3(w, 1.0, reached))
-        turn = math.sqrt(dot3(half, half))
-        ratio = math.sin(turn) / turn if turn > 1e-9 else 1.0
-        q = quaternion_product(q, (math.cos(turn), ratio * half[0], ratio * half[1], ratio * half[2]))
+        size = math.sqrt(dot3(half, half))
+        ratio = math.sin(size) / size if size > 1e-9 else 1.0
+        q = quaternion_product(q, (math.cos(size), ratio * half[0], ratio * half[1], ratio * half[2]))
         w = reached
         for j in range(wheels):
             momentum[j] -= step * torque[j]
     return succeeds(path, signals, axes, window, step, goal)
 
 
-@entry_point(algebra, fault_signals, feasible_torque, feasible_foresight)
+@entry_point(algebra, fault_signals, feasible_torque, feasible_foresight, feasible_path)
 def flown(
     attitude: Any,
     rate: Any,

@@ -12,9 +12,18 @@ import numpy as np
 import pytest
 
 from ftac_gym import faults, scenarios
+from ftac_gym.attitude import quaternion_from_rotation_vector, rotate_to_body
 from ftac_gym.spacecraft import Friction, Spacecraft, WheelArray
 from ftac_gym.task import Disturbance, InitialState, MRPSinusoid, RateProfile, SampledReference, Scenario, SetPoints
-from ftac_gym.task.feasibility import MOST_STEPS, PLANS, TORQUE_SHARE, plan_numbers, step_count
+from ftac_gym.task.feasibility import (
+    MOST_STEPS,
+    PLANS,
+    TORQUE_SHARE,
+    flights,
+    plan_numbers,
+    reference_motion,
+    step_count,
+)
 
 PYRAMID = WheelArray.sign_pyramid(0.2, 12.0)
 ORTHOGONAL = WheelArray(np.eye(3), 0.2, 12.0)
@@ -210,6 +219,36 @@ def test_stored_momentum_must_be_turned_by_torque():
     assert feasible(attitude=turn(math.pi, (0.0, 0.0, 1.0)), momentum=8.0, duration=120.0)
 
 
+def test_stored_momentum_is_tilted_the_shortest_way():
+    """Half a turn about (1, 0, 1) takes 8 N m s from the wheel along z to the one along x.
+
+    At 0.2 N m that takes 40 s. Straight from z to x, the larger of both torques for each angle takes 56.6 s; the turn
+    about the axis of the error also fills and empties the wheel along y, and takes 69.3 s.
+    """
+    case = {"wheels": ORTHOGONAL, "attitude": turn(0.999 * math.pi, (1.0, 0.0, 1.0)), "momentum": (0.0, 0.0, 8.0)}
+    # In 79 s before the last 20 s there is time for the first and its start and end; the second is too slow.
+    assert feasible(**case, duration=99.0)
+    assert not feasible(**case, duration=58.0)
+
+
+@pytest.mark.parametrize("reference", [SetPoints(), MRPSinusoid((0.2,) * 3, ((0.03, 0.1),) * 3, ((0.0, 6.28),) * 3)])
+def test_the_flights_keep_the_angular_momentum(reference):
+    scenario = scenarios.get("flagship").replace(
+        reference=reference, faults=None, disturbance=None, initial_state={"wheel_momentum": (-4.0, 4.0)}
+    )
+    episodes = scenario.draw(0, 20)
+    axes = scenario.spacecraft.wheels.axis_matrix
+    for number in range(len(episodes)):
+        _, times, path = flights(scenario, episodes[number])
+        attitude, (_, rates) = (
+            quaternion_from_rotation_vector(path[:, :3]),
+            reference_motion(scenario.reference, episodes[number], times),
+        )
+        rate = path[:, 3:6] + (rotate_to_body(attitude, rates[0]) if rates.size else 0.0)
+        momentum = np.linalg.norm(path[:, 6:] @ axes.T + rate @ episodes.inertia["constant"][number], axis=1)
+        np.testing.assert_allclose(momentum, momentum[0], atol=0.06)
+
+
 def test_torquers_store_no_momentum():
     torquers = WheelArray(PYRAMID.axes, 0.2, 12.0, momentum_coupling=False)
     assert feasible(wheels=torquers, attitude=turn(math.pi), momentum=8.0)
@@ -289,6 +328,16 @@ def test_a_label_depends_on_its_episode_alone():
         assert drawn.feasible.tolist() == alone
         odd = drawn[np.arange(1, 40, 2)]
         assert np.array_equal(scenario.feasibility(odd), drawn.feasible[1::2])
+
+
+@pytest.mark.parametrize("reference", [SetPoints(), RateProfile((0.03, 0.0, 0.0), (0.5, 0.0, 0.0))])
+def test_a_start_on_target_is_not_flown_by_the_plans_of_other_episodes(reference):
+    scenario = scenarios.get("flagship").replace(reference=reference, faults=None, initial_state={"max_rate": 0.0})
+    episodes = scenario.draw(0, 10)
+    episodes.initial["attitude"][1::2] = AT_TARGET
+    together = plan_numbers(scenario, episodes)
+    assert (together[1::2] == 0).all()
+    assert [plan_numbers(scenario, episodes[number])[0] for number in range(10)] == together.tolist()
 
 
 def test_the_number_of_steps():
