@@ -11,12 +11,16 @@ from ftac_gym import scenarios
 from ftac_gym.evaluation import rollout
 
 TASK = scenarios.get("flagship").replace(duration=4.0, loop_delay=0.1)
-EPISODES = replace(TASK.draw(0, 2), feasible=np.ones(2, dtype=bool))
 
 
 @pytest.fixture(scope="module")
-def points():
-    return script.sweep(TASK, ["pd", "pd_dob"], [0, 1, 3], EPISODES)
+def episodes():
+    return replace(TASK.draw(0, 2), feasible=np.ones(2, dtype=bool))
+
+
+@pytest.fixture(scope="module")
+def points(episodes):
+    return script.sweep(TASK, ["pd", "pd_dob"], [0, 1, 3], episodes)
 
 
 @pytest.mark.parametrize("delay", range(6))
@@ -25,18 +29,18 @@ def test_a_told_delay_is_in_the_scenario(delay):
     assert task.loop_delay == pytest.approx(0.1 * delay) and task.extra_delay == 0
 
 
-def test_untold_delays_fly_side_by_side():
-    task, episodes = script.untold(TASK, EPISODES, [1, 2, 5])
+def test_untold_delays_fly_side_by_side(episodes):
+    task, late = script.untold(TASK, episodes, [1, 2, 5])
     assert task.loop_delay == 0.1 and task.extra_delay == (0, 4)
-    assert episodes.extra_delay.tolist() == [0, 0, 1, 1, 4, 4]
-    np.testing.assert_array_equal(episodes.faults, np.tile(EPISODES.faults, (3, 1, 1)))
+    assert late.extra_delay.tolist() == [0, 0, 1, 1, 4, 4]
+    np.testing.assert_array_equal(late.faults, np.tile(episodes.faults, (3, 1, 1)))
 
 
-def test_what_cannot_be_untold_is_refused():
+def test_what_cannot_be_untold_is_refused(episodes):
     with pytest.raises(ValueError, match=r"delays must be at least the usual one if they are untold, got \[0, 2\]"):
-        script.untold(TASK, EPISODES, [0, 2])
+        script.untold(TASK, episodes, [0, 2])
     with pytest.raises(ValueError, match=r"loop_delay must be a multiple of the control period, got 0\.06"):
-        script.untold(TASK.replace(loop_delay=0.06), EPISODES, [3])
+        script.untold(TASK.replace(loop_delay=0.06), episodes, [3])
 
 
 def test_every_policy_flies_every_delay_told_and_longer_ones_untold(points):
@@ -46,19 +50,19 @@ def test_every_policy_flies_every_delay_told_and_longer_ones_untold(points):
     assert all(point.episodes == 2 and 0.0 <= point.estimates["availability"].value <= 1.0 for point in points)
 
 
-def test_only_an_observer_makes_use_of_a_told_delay():
+def test_only_an_observer_makes_use_of_a_told_delay(episodes):
     """Without an observer the commands are the same; a disturbance observer takes a late command for a torque."""
-    untold = script.untold(TASK, EPISODES, [3])
+    untold = script.untold(TASK, episodes, [3])
     for policy, same in (("pd", True), ("pd_dob", False)):
-        told = rollout(script.told(TASK, 3), policy, EPISODES)
+        told = rollout(script.told(TASK, 3), policy, episodes)
         assert np.array_equal(told.command, rollout(untold[0], policy, untold[1]).command) is same
 
 
-def test_points_are_of_their_own_delay(points):
+def test_points_are_of_their_own_delay(points, episodes):
     """Side by side or alone, an episode is the same."""
     for delay in (1, 3):
-        task, episodes = script.untold(TASK, EPISODES, [delay])
-        expected = rollout(task, "pd_dob", episodes).metrics()["availability"].mean()
+        task, late = script.untold(TASK, episodes, [delay])
+        expected = rollout(task, "pd_dob", late).metrics()["availability"].mean()
         found = [p for p in points if p.policy == "pd_dob" and p.delay == delay and p.told is (delay == 1)]
         assert [p.estimates["availability"].value for p in found] == pytest.approx([expected])
 
@@ -74,8 +78,8 @@ def test_table_and_figure(points):
     assert availability.get_xticks().tolist() == [0, 1, 3] and success.get_ylim()[1] >= 1.0
 
 
-def test_the_program_writes_both_files(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(script, "judging_episodes", lambda task, count, kind: EPISODES)
+def test_the_program_writes_both_files(tmp_path, monkeypatch, capsys, episodes):
+    monkeypatch.setattr(script, "judging_episodes", lambda task, count, kind: episodes)
     monkeypatch.setattr(script.scenarios, "get", lambda name: TASK)
     script.main(script.Config(policies=("pd",), delays=(1, 2), episodes=2, output=tmp_path))
     with (tmp_path / "delay_sweep.csv").open() as file:

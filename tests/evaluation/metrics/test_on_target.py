@@ -9,7 +9,7 @@ from ftac_gym.evaluation import rollout
 from ftac_gym.task.initial_state import InitialState
 from ftac_gym.task.scenario import SuccessCriterion
 
-COUNT = 2000
+COUNT = 500
 """Spacecraft that drift."""
 
 
