@@ -4,8 +4,8 @@ import os
 
 from hypothesis import HealthCheck, settings
 
-# Before PyTorch is imported, here and in child processes: several threads of each would compete for the cores, and a
-# small network takes a hundred times as long.
+# Before PyTorch is imported, here and in child processes. Several threads of each would compete for the cores: a small
+# network then takes a hundred times as long.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 # No test is timed: a loaded machine is slow, not wrong.

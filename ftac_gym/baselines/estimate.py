@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from ftac_gym.utils.parameters import FloatArray
+from ftac_gym.utils.parameters import FloatArray, require
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,3 +39,19 @@ class FaultEstimate:
     identifiable: npt.NDArray[np.bool_] | None = None
     vibration: FloatArray | None = None
     alarm: npt.NDArray[np.bool_] | None = None
+
+    def check(self, count: int, wheels: int) -> None:
+        """Check that the estimate is that of N spacecraft with m wheels at one time.
+
+        Raises
+        ------
+        ValueError
+            If a part has another shape; the message names it.
+        """
+        for item in dataclasses.fields(self):
+            values = getattr(self, item.name)
+            shape = count, 3 if item.name in ("disturbance", "vibration") else wheels
+            if values is not None:
+                require(
+                    np.shape(values) == shape, f"estimate.{item.name}", f"must have shape {shape}", np.shape(values)
+                )

@@ -113,6 +113,8 @@ class _EstimateLog:
         estimate = self._runner.estimate
         require(estimate is not None, "policy", "must estimate faults where estimates are recorded", self._name)
         if not self._calls:
+            simulator = self._runner.env.batch.simulator
+            estimate.check(*simulator.last_command.shape)
             given = {item.name: getattr(estimate, item.name) for item in fields(FaultEstimate)}
             known = {name: np.asarray(values) for name, values in given.items() if values is not None}
             self._parts = {name: np.empty((self._steps, *row.shape), row.dtype) for name, row in known.items()}

@@ -8,8 +8,8 @@ is given the truth and all faults in advance. The flight has what decides feasib
 2. Momentum. The torques add up to the momenta of the wheels, and these to the gyroscopic torque w x (J w + D h). Wheels
    with redundancy give up momentum that no torque needs. So the wheels must hold the total momentum at every attitude
    on the way and at the target, and a slow turn needs a torque too.
-3. Time. The turn is as fast as braking with the torque of later times allows: about the axis of the error, or a tilt of
-   the stored momentum with a turn about it (:mod:`ftac_gym.task.feasible_path`). The label
+3. Time. The turn is as fast as braking with the torque of later times allows. It is about the axis of the error, or a
+   tilt of the stored momentum with a turn about it (:mod:`ftac_gym.task.feasible_path`). The label
    asks for success as the evaluation does: ``success.share`` of the times of the last ``success.hold`` seconds on
    target, and none beyond ``success.limit`` cones.
 4. Following. A moving reference takes its torque and momentum first.
@@ -64,8 +64,8 @@ PLANS = np.array(
     ],
     PLAN,
 )
-"""Ways to turn: fast, with more and with less gyroscopic torque, the long way round, prepared for the faults, with
-nearly all torque as gyroscopic torque, and as a tilt of the stored momentum."""
+"""Ways to turn: fast, with more and with less gyroscopic torque, the long way round, prepared for the faults. The last
+ones have nearly all torque as gyroscopic torque; two of them tilt the stored momentum."""
 
 TORQUE_SHARE = 0.97
 """Share of the torque limits that the flights use."""

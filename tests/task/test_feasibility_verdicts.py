@@ -1,7 +1,8 @@
 """Labels against the verdicts of an optimal-control solver, from ``benchmarks/feasible.py``.
 
 ``feasibility_verdicts.json`` has a scenario for each case. Beside it are the numbers of its episodes that the solver
-passes, of those that it finds impossible, and a digest of both.
+passes, of those that it finds impossible, and of those that it gave up. A digest is of the first two. Of the splits it
+has every infeasible one of the first 300 episodes.
 """
 
 import json
@@ -13,7 +14,8 @@ import pytest
 
 from ftac_gym.task import Scenario
 
-SEED = 777
+SEED, DRAWN = 777, 300
+SPLITS = ("", "_severe", "_double", "_unseen", "_hardware", "_tracking")
 CASES = json.loads((Path(__file__).parent / "feasibility_verdicts.json").read_text())
 
 
@@ -35,6 +37,11 @@ def test_no_impossible_episode_is_feasible(name):
     assert not impossible.any()
 
 
-def test_few_episodes_that_the_solver_passes_are_infeasible():
-    missed = [~drawn(case).feasible[: len(case["passes"])] for case in CASES.values()]
-    assert np.concatenate(missed).mean() < 0.1
+@pytest.mark.parametrize("name", [f"flagship{part}" for part in SPLITS])
+def test_of_drawn_episodes_two_percent_at_most_are_infeasible_and_pass(name):
+    case = CASES[name]
+    labels = Scenario.from_dict(case["scenario"]).draw(SEED, DRAWN).feasible
+    infeasible = set(np.flatnonzero(~labels).tolist())
+    solved = [number for verdict in ("passes", "impossible", "undecided") for number in case[verdict]]
+    assert infeasible <= set(solved)
+    assert len(infeasible.intersection(case["passes"])) <= 0.02 * DRAWN

@@ -1,5 +1,7 @@
 """Diagnoses of flights: of estimators made for the test, of baselines, and of agents on a base."""
 
+import re
+
 import numpy as np
 import pytest
 from helpers.untrained_agents import write_agent
@@ -81,6 +83,20 @@ def test_policies_that_do_not_estimate_are_refused_by_name(policy):
         diagnose(TASK, "nftsm_observer", EPISODES, rule=5)
     with pytest.raises(ValueError, match=f"policy must estimate faults where estimates are recorded, got '{policy}'"):
         rollout(TASK, policy, EPISODES, estimates=True)
+
+
+@pytest.mark.parametrize(
+    ("part", "shape", "wanted"),
+    [("disturbance", (3,), "(6, 3)"), ("bias", (1, 4), "(6, 4)"), ("alarm", (6, 3), "(6, 4)")],
+)
+def test_an_estimate_of_another_shape_is_refused_by_name(part, shape, wanted):
+    class Own:
+        def predict(self, observation, state=None, episode_start=None, deterministic=True):
+            self.estimate = FaultEstimate(**{part: np.zeros(shape)})
+            return np.zeros((len(observation), 4)), None
+
+    with pytest.raises(ValueError, match=re.escape(f"estimate.{part} must have shape {wanted}, got {shape}")):
+        rollout(TASK, Own(), EPISODES, estimates=True)
 
 
 def test_estimates_are_recorded_when_asked_for_and_change_nothing():
