@@ -14,7 +14,7 @@ from ftac_gym.policies import PolicyRunner, check_task, policy_label, resolve
 from ftac_gym.scenarios import ScenarioLike
 from ftac_gym.task.episodes import Episodes
 from ftac_gym.task.fitting import fitted
-from ftac_gym.utils.parameters import FloatArray, require
+from ftac_gym.utils.parameters import FloatArray, broken
 
 Recorder = Callable[[int, PolicyRunner], None]
 """A function of the number of a control period and the runner."""
@@ -111,7 +111,8 @@ class _EstimateLog:
     def __call__(self) -> None:
         """Record the estimates; a ValueError if there are none."""
         estimate = self._runner.estimate
-        require(estimate is not None, "policy", "must estimate faults where estimates are recorded", self._name)
+        if estimate is None:
+            raise broken("policy", "must estimate faults where estimates are recorded", self._name)
         if not self._calls:
             simulator = self._runner.env.batch.simulator
             estimate.check(*simulator.last_command.shape)
