@@ -25,7 +25,7 @@ evaluate: $(STAMP)  ## compare the shipped agent with the baselines on identical
 	$(RUN) train/evaluate.py
 
 test: $(STAMP)  ## run the tests
-	$(RUN) -m pytest -n 2 --dist loadfile
+	$(RUN) -m pytest -n 2 --dist loadfile --no-loadscope-reorder --ignore tests/libraries
 
 $(LIBRARIES_STAMP): pyproject.toml constraints-libraries.txt
 	test -x $(LIBRARIES_RUN) || $(PYTHON) -m venv $(LIBRARIES_VENV)

@@ -1,6 +1,7 @@
 """Memory of baselines by spacecraft, and their adapter to the interface of agents."""
 
 import copy
+import itertools
 
 import gymnasium as gym
 import numpy as np
@@ -21,6 +22,9 @@ from ftac_gym.wrappers import SB3VecEnv
 FLAGSHIP = scenarios.get("flagship")
 TRACKING = scenarios.get("flagship_tracking")
 NAMES = fitting(FLAGSHIP)
+SEVERAL = ("pd", "pd_dob", "nftsm_observer", "predefined_time_telemetry", "nftsm_oracle", "shopd_plus", "shen_class")
+"""Without memory, with observers of each kind, told the truth, with memory of their own."""
+
 COUNT, STEPS = 5, 30
 
 
@@ -197,8 +201,13 @@ def build(kind):
     return VecNormalize(vector, norm_obs=False, norm_reward=False) if kind == "VecNormalize" else vector
 
 
-@pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("kind", ["single", "native", "wrapped native", "SB3VecEnv", "DummyVecEnv", "VecNormalize"])
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        *(("native", name) for name in NAMES),
+        *itertools.product(("single", "wrapped native", "SB3VecEnv", "DummyVecEnv", "VecNormalize"), SEVERAL),
+    ],
+)
 def test_as_policy_flies_as_the_baseline_does(kind, name):
     env, steps = build(kind), 70
     count = 1 if kind == "single" else 3

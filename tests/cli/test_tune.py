@@ -117,7 +117,7 @@ def test_the_commit_is_none_outside_a_checkout(monkeypatch):
         ({"objective": "energy"}, "--objective must be one of .*'availability'.*, got 'energy'"),
         ({"trials": 0}, "--trials must be positive, got 0"),
         ({"workers": 0}, "--workers must be positive, got 0"),
-        ({"episodes": 0}, "--episodes must be positive, got 0"),
+        ({"episodes": 0}, "--episodes must be a whole number, 1 or more, got 0"),
         ({"seed": 10_000}, r"--seed must not be within \[10000, 29999\], the seeds of frozen validation and test"),
     ],
 )
