@@ -66,14 +66,14 @@ class Diagnosis:
     def estimates(self, kind: int | None = None) -> dict[str, Estimate]:
         """Return the measures by name, those of :data:`MEASURES` that the estimator has.
 
-        =================== ==========================================================================================
-        ``detected``        share of the faults with a new alarm before they end
-        ``detection_delay`` median time from the onset to that alarm, with missed faults as censored (Kaplan-Meier)
-        ``isolated``        share of the detected faults whose alarms name the right wheel
-        ``false_alarms``    alarms that begin while no fault acts, per hour without faults
+        ==================== ==========================================================================================
+        ``detected``         share of the faults with a new alarm before they end
+        ``detection_delay``  median time from the onset to that alarm, with missed faults as censored (Kaplan-Meier)
+        ``isolated``         share of the detected faults whose alarms name the right wheel
+        ``false_alarms``     alarms that begin while no fault acts, per hour without faults
         ``false_alarm_time`` share of the time without faults in which there is an alarm
-        ``NAME_error``      root mean square error of the estimates, over all values that can be identified
-        =================== ==========================================================================================
+        ``NAME_error``       root mean square error of the estimates, over all values that can be identified
+        ==================== ==========================================================================================
 
         Shares have Wilson's interval, the rate the exact one of Poisson; the last two have no interval.
 
