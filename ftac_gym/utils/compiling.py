@@ -15,7 +15,7 @@ from typing import Any
 from numba import njit
 from numba.core.caching import FunctionCache
 
-COMPILE_TIME = 12
+COMPILE_TIME = 30
 """Time [s] that the first step of an environment takes to compile, on two cores of a small server."""
 
 CONTRACT = {"contract"}

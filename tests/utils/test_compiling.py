@@ -98,7 +98,7 @@ def test_a_change_in_any_file_recompiles_and_no_change_does_not(run, tmp_path):
 def test_a_process_that_compiles_says_so_once_and_one_that_loads_is_silent(run):
     twice = "fill(np.zeros(3, np.float32)); assert sum(fill.stats.cache_misses.values()) == {}"
     assert run(2.0, last=twice.format(2)) == [[0.0, 2.0, 4.0], 0, 1]
-    assert run.announced == ["ftac_gym: compiling the simulation for this machine, about 12 s, once"]
+    assert run.announced == ["ftac_gym: compiling the simulation for this machine, about 30 s, once"]
     assert run(2.0, last=twice.format(0)) == [[0.0, 2.0, 4.0], 1, 0]
     assert run.announced == []
 
