@@ -5,7 +5,7 @@ import os
 from hypothesis import HealthCheck, settings
 
 # Before PyTorch is imported, here and in child processes. Several threads of each would compete for the cores: a small
-# network then takes a hundred times as long.
+# network then takes many times as long.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 # No test is timed: a loaded machine is slow, not wrong.

@@ -102,9 +102,11 @@ def compare(
     """
     listed = isinstance(policies, (list, tuple, Mapping))
     require(listed, "policies", "must be a list of policies, or a dict of them by name", policies)
-    names = list(policies) if isinstance(policies, Mapping) else [policy_label(item) for item in policies]
-    named = dict(zip(names, policies.values() if isinstance(policies, Mapping) else policies, strict=True))
-    require(0 < len(named) == len(policies), "policies", "must be given, with names that differ", names)
+    pairs = policies.items() if isinstance(policies, Mapping) else [(policy_label(item), item) for item in policies]
+    named = dict(pairs)
+    require(
+        0 < len(named) == len(pairs), "policies", "must be given, with names that differ", [name for name, _ in pairs]
+    )
     chosen = next(iter(named)) if reference is None else reference
     require(chosen in named, "reference", f"must be one of {list(named)}", chosen)
     task = scenarios.resolve(scenario)

@@ -49,12 +49,10 @@ def _fits(value: Any) -> bool:
     kind = type(value)
     if kind is float or kind is int:
         return bool(-LARGEST_NUMBER <= value <= LARGEST_NUMBER)
-    if kind is tuple or kind is list:
+    if isinstance(value, (tuple, list)) or (isinstance(value, np.ndarray) and value.ndim > 0):
         return all(map(_fits, value))
     if dataclasses.is_dataclass(value):
         return all(_fits(getattr(value, item.name)) for item in dataclasses.fields(value))
     if isinstance(value, Mapping):
         return all(map(_fits, value.values()))
-    if isinstance(value, (tuple, list)) or (isinstance(value, np.ndarray) and value.ndim > 0):
-        return all(map(_fits, value))
     return not is_number(value) or bool(-LARGEST_NUMBER <= value <= LARGEST_NUMBER)
