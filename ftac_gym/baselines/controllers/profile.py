@@ -1,0 +1,82 @@
+"""Base of the controllers that turn to the target along the slew profile."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from ftac_gym.attitude import cross
+from ftac_gym.baselines.components.allocation import pseudo_inverse, scale_to_limits
+from ftac_gym.baselines.components.gyroscopic import GyroscopicModel
+from ftac_gym.baselines.components.slew_profile import PlantEstimate, SlewDemand, SlewProfile
+from ftac_gym.baselines.controllers.direct import DirectController
+from ftac_gym.baselines.gains import Range, parameter
+from ftac_gym.baselines.observers.attitude_filter import AttitudeFilterGains
+from ftac_gym.baselines.rules import at_most, choice, flag, interval
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.utils.parameters import FloatArray, positive
+
+
+@dataclass(frozen=True)
+class ProfileGains(AttitudeFilterGains):
+    """Gains of :class:`ProfileController`."""
+
+    braking_share: float = parameter(
+        0.7, "Share of the available deceleration", "", at_most(1.0), Range(0.2, 1.0), (0.4, 1.0)
+    )
+    rate_limit: float = parameter(
+        0.17, "Largest commanded slew rate", "rad/s", positive, Range(0.05, 0.3), schedule=(0.08, 0.3)
+    )
+    momentum_share: float = parameter(
+        0.7,
+        "Share of the torque that the gyroscopic torque of the stored momentum may take, where that is estimated",
+        rule=interval(0.0, 1.0),
+    )
+    allocation: str = parameter("minimax", "Allocation to the wheels", rule=choice("minimax", "pseudo_inverse"))
+    telemetry: bool = parameter(False, "Whether the gyroscopic torque uses the measured wheel momentum", rule=flag)
+
+
+class ProfileController(DirectController):
+    """A controller along the slew profile; the torque is defined by the subclass.
+
+    :attr:`plant` is an input, no state: an estimator of inertia, momentum, missing torque or usable wheels sets it
+    before each call. A reset does not change it.
+
+    Raises
+    ------
+    ValueError
+        If a gain breaks a rule or a wheel has no torque limit.
+    """
+
+    gains = ProfileGains()
+    needs_torque_limits: ClassVar[bool] = True
+    plant: PlantEstimate | None = None
+    """Estimate of the plant for the coming call; None for the nominal one."""
+
+    def _build(self) -> None:
+        super()._build()
+        wheels, pseudo = self.scenario.spacecraft.wheels, self.gains.allocation == "pseudo_inverse"
+        self._inverse = pseudo_inverse(wheels.axis_matrix).T if pseudo else None
+        self._gyroscopic = GyroscopicModel(self.scenario, self.gains.telemetry)
+        self._profile = SlewProfile(wheels, self._inertia, self._minimax)
+
+    def _slew(self, error: FloatArray, position_gain: float | FloatArray) -> SlewDemand:
+        """Return the demanded motion for errors (N, 4) and a slope near the target [1/s]."""
+        gains: ProfileGains = self.scheduled
+        return self._profile(
+            error, position_gain, gains.rate_limit, gains.braking_share, gains.momentum_share, self.plant
+        )
+
+    def _torque(self, acceleration: FloatArray) -> FloatArray:
+        """Return the inertia times accelerations (N, 3) [rad/s^2], (N, 3) [N m]."""
+        return acceleration @ self._inertia if self.plant is None else self.plant.torque_of(acceleration, self._inertia)
+
+    def _gyroscopic_torque(self, measurement: Measurement) -> FloatArray:
+        """Return w x (J w + D h) (N, 3) [N m] as far as the momentum is estimated or measured."""
+        if self.plant is None or self.plant.momentum is None:
+            return self._gyroscopic.torque(measurement.rate, measurement.wheel_momentum)
+        return cross(measurement.rate, self.plant.momentum)
+
+    def _to_wheels(self, torque: FloatArray) -> FloatArray:
+        command = self._minimax(torque) if self._inverse is None else torque @ self._inverse
+        return scale_to_limits(command, self._torque_limits)
