@@ -85,9 +85,9 @@ class SlewProfile:
     is the zonotope ``|m.t|`` <= sum_j r_j ``|m.D[:, j]|`` for the normals m of all pairs of wheel axes. With the
     nominal wheels the largest multiple of J n in it is that of the allocation with the smallest largest share.
 
-    An estimate of the plant changes a and the rate limit. Each torque takes a share of the support of the zonotope along
-    m, here without sign: d_m the missing torque, g_m the gyroscopic torque n x H of the stored momentum at 1 rad/s, and
-    j_m the torque J n of 1 rad/s^2. Then::
+    An estimate of the plant lowers both limits. Each torque takes a share of the support of the zonotope along
+    m, here without sign. That of the missing torque is d_m, that of the gyroscopic torque n x H at 1 rad/s is g_m, and
+    that of the torque J n for 1 rad/s^2 is j_m::
 
         rate limit = min(nominal, momentum share * min_m (1 - d_m) / g_m),
         a = b min_m (1 - d_m - w g_m) / j_m,    w = min(rate limit, sqrt(2 b theta min_m (1 - d_m) / j_m))
