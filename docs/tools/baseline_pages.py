@@ -170,6 +170,20 @@ def gain_table(name: str, task: Scenario) -> str:
     return table(("gain", "default", *(["tuned"] if found else []), "meaning"), rows)
 
 
+def stability(name: str, variant: Variant) -> str:
+    """Return lines about the linear loop of a baseline with default gains and, on their own task, with tuned ones."""
+    tasks = {"default": variant.scenario}
+    if name in tuned.names():
+        tasks["tuned"] = tuned.record(name)["provenance"]["scenario"]
+    lines = []
+    for gains, scenario in tasks.items():
+        task = scenarios.get(scenario)
+        loop = f"every {task.control_period:g} s, {task.loop_delay:g} s of loop delay"
+        text = baselines.stability(baselines.make(name, task, gains=gains))
+        lines += [f"- {gains} gains on {scenario_link(scenario)} ({loop}): {text}"]
+    return "\n".join(lines)
+
+
 def flat(gains: Mapping[str, Any]) -> dict[str, Any]:
     """Return gains by name, with those of a part as ``part.gain``."""
     found: dict[str, Any] = {}
@@ -195,6 +209,7 @@ def page(name: str, variant: Variant, family: str, flights: str, source: Path) -
     blocks = [f"# {name}", f"{variant.summary.removesuffix('.')}.", table(("", ""), glance), "## Flight"]
     blocks += [f'```python\n{code}\nprint(history.metrics()["final_error"])\n```', flights]
     blocks += ["## Reproduction", reproduction(variant, source), "## Gains", gain_table(name, task)]
+    blocks += ["Stability of the linear loop near rest on target:", stability(name, variant)]
     if name in tuned.names():
         origin = flat(tuned.record(name)["provenance"]).items()
         blocks += ["Origin of the tuned gains:", table(("", ""), [(key, f"`{value}`") for key, value in origin])]

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from ftac_gym.baselines.baseline import Baseline, BaselinePolicy
 from ftac_gym.baselines.custom import BaselineLike, path_of
+from ftac_gym.baselines.description import describe, stability
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gains import Range, nested
 from ftac_gym.baselines.interface import as_action, measurement_of
+from ftac_gym.baselines.linear_loop import LoopMargins, NoLinearLoopError, loop_margins
 from ftac_gym.baselines.registry import (
     GAINS,
     baseline_class,
@@ -25,17 +27,22 @@ __all__ = [
     "BaselineLike",
     "BaselinePolicy",
     "FaultEstimate",
+    "LoopMargins",
+    "NoLinearLoopError",
     "Range",
     "SampledInstability",
     "as_action",
     "baseline_class",
     "chosen",
     "defaults",
+    "describe",
     "is_baseline",
+    "loop_margins",
     "make",
     "measurement_of",
     "names",
     "nested",
     "path_of",
     "search_space",
+    "stability",
 ]

@@ -1,15 +1,16 @@
-"""Check that the gains of a baseline suit its control period, by a short flight of the nominal spacecraft."""
+"""Check that the gains of a baseline suit its control period, by its linear loop and by a short flight."""
 
 from __future__ import annotations
 
 import warnings
-from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ftac_gym.attitude import angle_between, quaternion_from_rotation_vector, quaternion_product
 from ftac_gym.baselines.components.relative_motion import relative_motion
+from ftac_gym.baselines.linear_loop import NoLinearLoopError, loop_margins
+from ftac_gym.baselines.once import judged_once
 from ftac_gym.utils.parameters import FloatArray
 
 if TYPE_CHECKING:
@@ -32,52 +33,51 @@ class SampledInstability(UserWarning):
 def warn_of_long_period(baseline: Baseline) -> None:
     """Warn if a baseline does not keep its nominal spacecraft on target because it is called too seldom.
 
-    A baseline with the same arguments is judged once in a process.
+    The loop near the target is judged first (:mod:`~ftac_gym.baselines.linear_loop`): where none of its motions grows,
+    there is no warning. Where one does, or a law has no linear loop, a flight decides: chatter inside a thin layer may
+    keep the target all the same. A baseline with the same arguments is judged once in a process.
 
-    Three spacecraft start at rest relative to the reference, each half the success cone off about one body axis. There
-    are no faults, no disturbance, no sensor errors and no differences from the nominal parameters. The loop has its
-    nominal delay. The warning needs both, at the end of the flight: a spacecraft off target, and wheel commands that
+    In the flight, three spacecraft start at rest relative to the reference, each half the success cone off about one
+    body axis. There are no faults, no disturbance, no sensor errors and no differences from the nominal parameters.
+    The loop has its nominal delay. It confirms with both, at the end: a spacecraft off target, and wheel commands that
     reverse from call to call. A slow or loose controller is off target without reversals, and a chattering one
     reverses on target.
 
     Parameters
     ----------
     baseline
-        The baseline, which is left as it is: another one is built for the flight.
+        The baseline, which is left as it is: another one is built for the check.
     """
-    args, kwargs = baseline.arguments
     try:
-        warning = _known_judgement(type(baseline), args, tuple(kwargs.items()))
-    except TypeError:  # The arguments have no hash.
-        warning = _judgement(type(baseline), args, kwargs)
+        warning = judged_once(baseline, _judgement)
+    except Exception:
+        return  # What fails here fails in the flight itself, which says why.
     if warning:
         # With this module as the place of all, Python shows each once.
         warnings.warn(warning, SampledInstability, stacklevel=1)
 
 
-@lru_cache
-def _known_judgement(kind: type[Baseline], args: tuple[Any, ...], kwargs: tuple[tuple[str, Any], ...]) -> str:
-    return _judgement(kind, args, dict(kwargs))
-
-
-def _judgement(kind: type[Baseline], args: tuple[Any, ...], kwargs: dict[str, Any]) -> str:
+def _judgement(baseline: Baseline) -> str:
     """Return the warning, empty for none."""
     try:
-        with np.errstate(all="ignore"):
-            baseline = kind(*args, **kwargs).again(3)
-            angles, rates, commands = _flight(baseline)
-    except Exception:
-        return ""  # What fails here fails in the flight itself, which says why.
-    success = baseline.scenario.success
-    off_target = bool(((angles > success.angle) | (rates > success.rate)).any())
+        margins = loop_margins(baseline)
+    except NoLinearLoopError:
+        linear = ""
+    else:
+        if not margins.unstable:
+            return ""
+        linear = f"its linear loop has spectral radius {margins.spectral_radius:.3g}; "
+    with np.errstate(all="ignore"):
+        angles, rates, commands = _flight(baseline.again(3))
+    given = baseline.scenario
+    off_target = bool(((angles > given.success.angle) | (rates > given.success.rate)).any())
     change = float(np.abs(np.diff(commands, axis=0)).mean(axis=0).max())
     if not off_target or change <= REVERSALS:
         return ""
-    given = baseline.scenario
     delay = f" with a loop delay of {given.loop_delay:g} s" if given.loop_delay else ""
     return (
         f"{type(baseline).__name__}: the control period of {given.control_period:g} s{delay} is too long for its "
-        f"gains: without faults and noise, from {SHARE:g} of the success cone, its commands reverse "
+        f"gains: {linear}without faults and noise, from {SHARE:g} of the success cone, its commands reverse "
         "from call to call and the spacecraft is not on target; take a shorter period or lower gains"
     )
 

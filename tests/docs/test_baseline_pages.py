@@ -84,6 +84,20 @@ def test_every_gain_has_a_meaning_and_every_tuned_one_its_value(name: str) -> No
         assert float(shown[gain]) == pytest.approx(value, rel=1e-3)
 
 
+@pytest.mark.parametrize("name", baselines.names())
+def test_every_page_has_the_margins_of_the_loop_or_a_reason(name: str) -> None:
+    lines = pages.stability(name, VARIANTS[name]).splitlines()
+    assert len(lines) == 1 + (name in tuned.names())
+    number = r"(\d[\de.+-]*)"
+    margins = rf"(?: \(neutral: a motion stays\))?, gain margin {number} to (over )?{number}, delay margin {number} s"
+    for line in lines:
+        found = re.search(rf"\): spectral radius {number} per control period(.*)", line)
+        if found is None:
+            assert "): no linear loop: its gains near rest depend on the size of the error, by " in line
+            continue
+        assert (re.fullmatch(margins, found[2]) is not None) == (float(found[1]) <= 1.0), line
+
+
 def test_a_page_has_the_facts_of_its_baseline() -> None:
     variant = pages.Variant("A summary", "ma_2023_unwinding", duration=2.0, hold=1.0, faults="its disturbance observer")
     flights, end, figures = pages.fly("pd_dob", variant, "digest")
@@ -97,6 +111,8 @@ def test_a_page_has_the_facts_of_its_baseline() -> None:
         "its disturbance observer",
         "| metric | unit | default | tuned |",
         "| settling_time | s | ",
+        "Stability of the linear loop",
+        "- tuned gains on [`flagship`](../../environments/generated/SpacecraftFTC-v0.md) (every 0.1 s, 0.1 s of loop",
     ):
         assert part in text
     assert tuned.record("pd_dob")["provenance"]["commit"] in text
