@@ -179,7 +179,7 @@ def stability(name: str, variant: Variant) -> str:
     for gains, scenario in tasks.items():
         task = scenarios.get(scenario)
         loop = f"every {task.control_period:g} s, {task.loop_delay:g} s of loop delay"
-        text = baselines.stability(baselines.make(name, task, gains=gains))
+        text = baselines.stability(baselines.build(name, task, gains=gains))
         lines += [f"- {gains} gains on {scenario_link(scenario)} ({loop}): {text}"]
     return "\n".join(lines)
 
@@ -201,7 +201,7 @@ def page(name: str, variant: Variant, family: str, flights: str, source: Path) -
     glance = [
         ("equations and corrections", f"[{family}](../{family}.md)"),
         ("class", f"{{py:class}}`~{baseline.__module__}.{baseline.__name__}`"),
-        ("information", f"tier `{baselines.make(name, task).information}`"),
+        ("information", f"tier `{baselines.build(name, task).information}`"),
         ("faults from", faults.get(kind, variant.faults)),
         ("made for", ", ".join(scenario_link(scenario) for scenario in (variant.scenario, *variant.also))),
     ]

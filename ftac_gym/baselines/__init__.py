@@ -12,6 +12,7 @@ from ftac_gym.baselines.linear_loop import LoopMargins, NoLinearLoopError, loop_
 from ftac_gym.baselines.registry import (
     GAINS,
     baseline_class,
+    build,
     chosen,
     defaults,
     is_baseline,
@@ -33,6 +34,7 @@ __all__ = [
     "SampledInstability",
     "as_action",
     "baseline_class",
+    "build",
     "chosen",
     "defaults",
     "describe",

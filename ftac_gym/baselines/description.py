@@ -9,7 +9,7 @@ from ftac_gym.baselines.baseline import Baseline
 from ftac_gym.baselines.custom import BaselineLike, label
 from ftac_gym.baselines.gains import offered
 from ftac_gym.baselines.linear_loop import NoLinearLoopError, loop_margins
-from ftac_gym.baselines.registry import make
+from ftac_gym.baselines.registry import build
 from ftac_gym.task.scenario import Scenario
 
 
@@ -23,7 +23,7 @@ def describe(name: BaselineLike, scenario: Scenario, gains: str = "default", **c
     >>> from ftac_gym import baselines, scenarios
     >>> print(baselines.describe("pd_dob", scenarios.get("flagship")))  # doctest: +SKIP
     """
-    baseline = make(name, scenario, gains=gains, **changes)
+    baseline = build(name, scenario, gains=gains, **changes)
     lines = [
         f"{label(name)} in {scenario.name}, {gains} gains",
         inspect.getdoc(type(baseline)).partition("\n")[0],  # type: ignore[union-attr]  # Baseline has a docstring.

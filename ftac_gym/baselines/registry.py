@@ -32,6 +32,7 @@ from ftac_gym.baselines.controllers.zhang_zhou_stabilisation import ZhangZhouSta
 from ftac_gym.baselines.controllers.zhang_zhou_tracking import ZhangZhouTracking
 from ftac_gym.baselines.custom import BaselineLike, baseline_at
 from ftac_gym.baselines.gains import SearchSpace, merged
+from ftac_gym.baselines.sampling import warn_of_long_period
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.importing import is_path
 from ftac_gym.utils.parameters import broken, require, require_keywords
@@ -183,7 +184,7 @@ def chosen(name: BaselineLike, gains: str, changes: Mapping[str, Any]) -> dict[s
 def make(
     name: BaselineLike, scenario: Scenario, num_spacecraft: int = 1, gains: str = "default", **changes: Any
 ) -> Baseline:
-    """Build a baseline.
+    """Build a baseline and check its linear loop with the nominal spacecraft.
 
     Parameters
     ----------
@@ -206,7 +207,21 @@ def make(
     ValueError
         If the name is unknown, a gain breaks a rule, there are no tuned gains, or the baseline does not fit
         the scenario. Errors of a custom baseline are raised unchanged.
+
+    Warns
+    -----
+    SampledInstability
+        If the control period is too long for the gains.
     """
+    baseline = build(name, scenario, num_spacecraft, gains, **changes)
+    warn_of_long_period(baseline)
+    return baseline
+
+
+def build(
+    name: BaselineLike, scenario: Scenario, num_spacecraft: int = 1, gains: str = "default", **changes: Any
+) -> Baseline:
+    """Build a baseline as :func:`make` does, without the check: for trials of a search, whose gains may be any."""
     baseline = baseline_class(name)
     if not _registered(name):
         return baseline(scenario, num_spacecraft, **chosen(name, gains, changes))

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ftac_gym.attitude import angle_between, quaternion_from_rotation_vector, quaternion_product
-from ftac_gym.baselines.components.relative_motion import relative_motion
-from ftac_gym.baselines.linear_loop import NoLinearLoopError, loop_margins
+from ftac_gym.baselines.linear_loop import LoopMargins, NoLinearLoopError, linear_loop
+from ftac_gym.baselines.linear_loop.controller import measured
+from ftac_gym.baselines.linear_loop.spacecraft import spacecraft_model
+from ftac_gym.baselines.linear_loop.system import held_parts
 from ftac_gym.baselines.once import judged_once
 from ftac_gym.utils.parameters import FloatArray
 
@@ -23,8 +24,6 @@ SHARE = 0.5
 REVERSALS = 0.3
 """Mean change of a wheel command from one control period to the next, over its limit, that no settled loop needs."""
 
-_NOMINAL = ("faults", "disturbance", "sensors", "inertia_uncertainty", "appendage_uncertainty", "misalignment")
-
 
 class SampledInstability(UserWarning):
     """Warning of a control period that is too long for the gains of a baseline."""
@@ -34,24 +33,27 @@ def warn_of_long_period(baseline: Baseline) -> None:
     """Warn if a baseline does not keep its nominal spacecraft on target because it is called too seldom.
 
     The loop near the target is judged first (:mod:`~ftac_gym.baselines.linear_loop`): where none of its motions grows,
-    there is no warning. Where one does, or a law has no linear loop, a flight decides: chatter inside a thin layer may
-    keep the target all the same. A baseline with the same arguments is judged once in a process.
+    there is no warning. Where one does, or a law has no linear loop, a short flight decides: chatter inside a thin
+    layer may keep the target all the same. The warning needs both, at its end: a spacecraft off target, and wheel
+    commands that reverse from call to call. A baseline with the same arguments is judged once in a process, and an
+    object warns once.
 
-    In the flight, three spacecraft start at rest relative to the reference, each half the success cone off about one
-    body axis. There are no faults, no disturbance, no sensor errors and no differences from the nominal parameters.
-    The loop has its nominal delay. It confirms with both, at the end: a spacecraft off target, and wheel commands that
-    reverse from call to call. A slow or loose controller is off target without reversals, and a chattering one
-    reverses on target.
+    In the flight, three linear spacecraft start at rest, each half the success cone off about one body axis. There are
+    no faults, no disturbance, no sensor errors and no differences from the nominal parameters. The reference rests, and
+    the loop has its nominal delay.
 
     Parameters
     ----------
     baseline
         The baseline, which is left as it is: another one is built for the check.
     """
+    if baseline.checked:
+        return
     try:
         warning = judged_once(baseline, _judgement)
     except Exception:
         return  # What fails here fails in the flight itself, which says why.
+    baseline.checked = True
     if warning:
         # With this module as the place of all, Python shows each once.
         warnings.warn(warning, SampledInstability, stacklevel=1)
@@ -60,7 +62,7 @@ def warn_of_long_period(baseline: Baseline) -> None:
 def _judgement(baseline: Baseline) -> str:
     """Return the warning, empty for none."""
     try:
-        margins = loop_margins(baseline)
+        margins = LoopMargins(linear_loop(baseline).radius())
     except NoLinearLoopError:
         linear = ""
     else:
@@ -84,25 +86,27 @@ def _judgement(baseline: Baseline) -> str:
 
 def _flight(baseline: Baseline) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return angles and rates of the error [rad, rad/s] and commands over their limits at the end of a flight."""
-    from ftac_gym.dynamics import Simulator  # Compiled: baselines alone do not need Numba.
-    from ftac_gym.task.initial_state import InitialState
-
-    given = baseline.scenario
-    nominal = dict.fromkeys(_NOMINAL)
-    scenario = given.replace(initial_state=InitialState.fixed(), extra_delay=0, **nominal)
-    simulator, episodes = Simulator(scenario, 3), scenario.draw(0, 3)
-    simulator.reset(episodes)
-    offset = quaternion_from_rotation_vector(SHARE * given.success.angle * np.eye(3))
-    episodes.initial["attitude"] = quaternion_product(simulator.reference_attitude, offset)
-    episodes.initial["rate"] = simulator.reference_rate
-    simulator.reset(episodes)
-    truth, moving = baseline.information == "oracle", scenario.reference.moving
-    angles, rates, commands = [], [], []
-    for _ in range(PERIODS):
-        simulator.step(baseline.act(simulator.measurement(truth)))
-        seen = simulator.measurement()
-        angles.append(np.atleast_1d(angle_between(seen.attitude, seen.reference_attitude)))
-        rates.append(np.linalg.norm(relative_motion(seen.attitude, seen, moving).rate_error, axis=1))
-        commands.append(simulator.last_command / given.spacecraft.wheels.torque_limits)
+    scenario = baseline.scenario
+    plant, names = spacecraft_model(scenario)
+    periods, steps = divmod(scenario.delay_steps, scenario.substeps)
+    transition, first, rest = held_parts(plant, scenario.control_period, steps * scenario.physics_step)
+    limits = scenario.spacecraft.wheels.torque_limits
+    state = np.zeros((baseline.num_spacecraft, len(transition)))
+    state[:, names["attitude"]] = SHARE * scenario.success.angle * np.eye(3)
+    # The latest command, then those before it.
+    commands = [np.zeros((len(state), len(limits)))] * (periods + 2)
+    angles, rates, given = [], [], []
+    for tick in range(PERIODS):
+        seen = state @ plant.c.T
+        parts = {name: seen[:, columns] for name, columns in names.items()}
+        before = commands[periods]
+        mean = before + steps / scenario.substeps * (commands[periods + 1] - before)
+        parts |= {"last_command": commands[0], "command_in_effect": mean}
+        command = np.clip(baseline.act(measured(baseline, tick, parts)), -limits, limits)
+        commands = [command, *commands[: periods + 1]]
+        state = state @ transition.T + commands[periods] @ rest.T + commands[periods + 1] @ first.T
+        angles.append(np.linalg.norm(state[:, names["attitude"]], axis=1))
+        rates.append(np.linalg.norm(state[:, names["rate"]], axis=1))
+        given.append(command / limits)
     last = slice(PERIODS - LAST, None)
-    return np.array(angles)[last], np.array(rates)[last], np.array(commands)[last]
+    return np.array(angles)[last], np.array(rates)[last], np.array(given)[last]

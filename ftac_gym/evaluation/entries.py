@@ -180,7 +180,7 @@ def _baseline(name: Any, scenario: Scenario) -> Entry:
     # Of a file, the user says that its gains are for this task.
     found = _family(scenario) if tuned.is_file(policy.gains) else provenance.get("scenario", _family(scenario))
     require(found == _family(scenario), f"gains of {shown}", f"must be tuned on {_family(scenario)}", found)
-    tier = baselines.make(policy.name, scenario, gains=policy.gains).information
+    tier = baselines.build(policy.name, scenario, gains=policy.gains).information
     return Entry(shown, (policy,), tier, "baseline", "tuned" if provenance else policy.gains, provenance)
 
 

@@ -68,7 +68,7 @@ class Search:
         """Check the fields."""
         require(self.objective in OBJECTIVES, "objective", f"must be one of {list(OBJECTIVES)}", self.objective)
         require(len(self.space) > 1, "baseline", "must have at least two gains to search", self.baseline)
-        baselines.make(self.baseline, self.scenario)
+        baselines.build(self.baseline, self.scenario)
         whole(self.episodes, 1, "episodes")
         whole(self.sampler_seed, 0, "sampler_seed")
         frozen.check_free(whole(self.seed, 0, "seed"))

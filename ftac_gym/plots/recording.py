@@ -109,7 +109,7 @@ def _observer(
 ) -> Baseline | FaultSource:
     named = isinstance(source, str) and baselines.is_baseline(source)
     if named or (isinstance(source, type) and issubclass(source, Baseline)):
-        return baselines.make(source, scenario, count, gains, **changes)
+        return baselines.build(source, scenario, count, gains, **changes)
     require(gains == "default", "gains", "must be 'default' unless source is a baseline of this package", gains)
     if not isinstance(source, str) or source not in observers.names():
         known = f"{known_names(str(source))} or an observer ({', '.join(observers.names())})"

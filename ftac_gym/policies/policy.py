@@ -9,7 +9,6 @@ from gymnasium.vector import VectorEnv
 from ftac_gym import baselines
 from ftac_gym.baselines import tuned
 from ftac_gym.baselines.custom import label
-from ftac_gym.baselines.sampling import warn_of_long_period
 from ftac_gym.envs import SpacecraftFTCVectorEnv
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray
@@ -81,7 +80,7 @@ class DeferredBaseline:
 
     def attach(self, env: SpacecraftFTCVectorEnv) -> VectorEnv[Any, Any, Any]:
         """Build the baseline for the spacecraft of an environment, which is returned unchanged."""
-        self.baseline = baselines.make(self.name, env.scenario, env.num_envs, **self._gains)
+        self.baseline = baselines.build(self.name, env.scenario, env.num_envs, **self._gains)
         self._policy = baselines.BaselinePolicy(self.baseline, env)
         return env
 
@@ -93,7 +92,7 @@ class DeferredBaseline:
         SampledInstability
             Once for each set of gains and scenario.
         """
-        warn_of_long_period(baselines.make(self.name, scenario, **self._gains))
+        baselines.make(self.name, scenario, **self._gains)
 
     def predict(
         self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool = True

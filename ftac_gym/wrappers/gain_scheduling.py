@@ -78,7 +78,7 @@ class Scheduling(BaseTransform):
             for end in (low, high):
                 # The constructor of the base checks the ends of the range.
                 with fields_named(**{f"{base}:": f"ranges[{name!r}] of {base}:"}):
-                    baselines.make(base, self.inner.scenario, 1, **merged(gains, law.gains_at({**point, name: end})))
+                    baselines.build(base, self.inner.scenario, 1, **merged(gains, law.gains_at({**point, name: end})))
             rows.append((low, default, high))
         self.gains = tuple(given)
         """The gains that the action sets, in its order."""

@@ -14,7 +14,6 @@ from ftac_gym.baselines import as_action
 from ftac_gym.baselines.components.gyroscopic import GyroscopicModel
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.observers.disturbance_observer import DisturbanceObserver
-from ftac_gym.baselines.sampling import warn_of_long_period
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray, finite, non_negative, positive, require
@@ -135,7 +134,6 @@ class BaseTransform(Transform):
         rule = "must not be an oracle: no spacecraft can measure the inputs of the agent's actions"
         require(self.information != "oracle", "base", rule, base)
         self._limits = scenario.spacecraft.wheels.torque_limits
-        warn_of_long_period(self.baseline)
 
     @property
     def estimator(self) -> baselines.Baseline:

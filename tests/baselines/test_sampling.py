@@ -32,12 +32,13 @@ def warned(name, scenario, gains="default", **changes):
     [
         lambda: evaluate(SLOW, "pd_dob", SLOW.draw(0, 1)),
         lambda: check_fit(DeferredBaseline("pd_dob"), [SLOW]),
+        lambda: baselines.make("pd_dob", SLOW, 3),
         lambda: baselines.make("pd_dob", SLOW).as_policy(SpacecraftFTCEnv(scenario=SLOW)),
         lambda: PDDisturbanceObserver(SLOW, 2).as_policy(SpacecraftFTCVectorEnv(2, scenario=SLOW)),
         lambda: ResidualPolicy(SpacecraftFTCEnv(scenario=SLOW)),
         lambda: GainScheduling(SpacecraftFTCVectorEnv(2, scenario=SLOW)),
     ],
-    ids=["evaluate", "check_fit", "as_policy", "as_policy of a class", "ResidualPolicy", "GainScheduling"],
+    ids=["evaluate", "check_fit", "make", "as_policy", "as_policy of a class", "ResidualPolicy", "GainScheduling"],
 )
 def test_the_default_gains_at_two_seconds(use):
     message = (
@@ -54,6 +55,13 @@ def test_the_gains_of_a_10_hz_controller(name):
     """No warning where they work; one where none of their flights succeeds."""
     assert not warned(name, FLAGSHIP) and not warned(name, FLAGSHIP, "tuned")
     assert warned(name, SLOW) and warned(name, SLOW, "tuned")
+
+
+def test_no_warning_of_what_is_built_for_a_search():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        built = baselines.build("pd_dob", SLOW)
+    assert baselines.loop_margins(built).unstable
 
 
 def test_lower_gains_and_longer_periods():

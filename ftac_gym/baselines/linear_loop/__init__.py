@@ -5,6 +5,14 @@ changes. :mod:`.spacecraft` has the spacecraft and :mod:`.margins` closes the lo
 """
 
 from ftac_gym.baselines.linear_loop.controller import LinearController, NoLinearLoopError, linearise
-from ftac_gym.baselines.linear_loop.margins import LinearLoop, LoopMargins, loop_margins
+from ftac_gym.baselines.linear_loop.margins import LinearLoop, LoopMargins, linear_loop, loop_margins
 
-__all__ = ["LinearController", "LinearLoop", "LoopMargins", "NoLinearLoopError", "linearise", "loop_margins"]
+__all__ = [
+    "LinearController",
+    "LinearLoop",
+    "LoopMargins",
+    "NoLinearLoopError",
+    "linear_loop",
+    "linearise",
+    "loop_margins",
+]

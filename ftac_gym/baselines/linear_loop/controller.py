@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -22,9 +23,9 @@ Arrays = dict[str, npt.NDArray[Any]]
 
 WIDTH = 64
 """Spacecraft of one batch of changes."""
-SETTLING, LONGEST_SETTLING = 20, 300
+SETTLING, LONGEST_SETTLING = 3, 100
 """Control periods at rest before the changes: the least, and the most while the memory still moves."""
-EXCITATION = 8
+EXCITATION = 6
 """Control periods of random measurements, which show the numbers of the memory that the motion moves."""
 SMALL, LARGE = 1e-5, 1e-4
 """Sizes of the changes over the limits of success."""
@@ -101,11 +102,11 @@ class _Probe:
         self.channels = {name: slice(end - len(sizes[name]), end) for name, end in zip(sizes, ends, strict=True)}
         self.sizes = np.concatenate(list(sizes.values()))
         still = np.zeros((WIDTH, len(self.sizes)))
-        before = None
+        before: Arrays = {}
         for call in range(LONGEST_SETTLING):
             self.act(still)
-            now = self.state()
-            if call >= SETTLING and before is not None and not (np.abs(now - before) > MOVED * np.abs(now)).any():
+            now = self.baseline.memory.copy()
+            if call >= SETTLING and settled(before, now):
                 break
             before = now
         self.start, self.start_tick = self.memory(), self.tick
@@ -122,26 +123,9 @@ class _Probe:
 
     def act(self, change: FloatArray) -> FloatArray:
         """Return the commands for changes (N, p) of the measurement at rest; time goes on by a control period."""
-        part = {name: change[:, columns] for name, columns in self.channels.items()}
-        count, wheels = len(change), self.scenario.spacecraft.wheels.count
-        upright = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
-        truth = None
-        if self.baseline.information == "oracle":
-            zero, whole = np.zeros((count, wheels)), np.zeros((count, wheels), dtype=np.int64)
-            nothing = np.zeros((count, 3))
-            truth = FaultEffect(zero + 1.0, zero, whole, nothing, nothing.copy(), np.zeros(count, dtype=np.bool_))
-        measurement = Measurement(
-            time=np.full(count, self.tick * self.scenario.control_period),
-            attitude=quaternion_from_rotation_vector(part.pop("attitude")),
-            star_tracker_valid=np.ones(count, dtype=np.bool_),
-            reference_attitude=upright,
-            reference_rate=np.zeros((count, 3)),
-            reference_acceleration=np.zeros((count, 3)),
-            truth=truth,
-            **part,
-        )
+        parts = {name: change[:, columns] for name, columns in self.channels.items()}
         self.tick += 1
-        return self.baseline.act(measurement)
+        return self.baseline.act(measured(self.baseline, self.tick - 1, parts))
 
     def restart(self) -> None:
         """Return to rest."""
@@ -185,6 +169,48 @@ class _Probe:
         return LinearController(
             state[:, :states], state[:, states:], output[:, :states], output[:, states:], self.channels
         )
+
+
+def measured(baseline: Baseline, tick: int, parts: Mapping[str, FloatArray]) -> Measurement:
+    """Return the measurement of healthy spacecraft without sensor errors, whose reference rests.
+
+    Parameters
+    ----------
+    baseline
+        The baseline that it is for: an oracle gets the truth.
+    tick
+        Control periods since the start.
+    parts
+        Arrays of N rows by the name of the field; of the attitude its error, a rotation vector (N, 3) [rad].
+    """
+    parts, scenario = dict(parts), baseline.scenario
+    attitude = quaternion_from_rotation_vector(parts.pop("attitude"))
+    count, wheels = len(attitude), scenario.spacecraft.wheels.count
+    truth = None
+    if baseline.information == "oracle":
+        none, working = np.zeros((count, 3)), np.zeros(count, dtype=np.bool_)
+        bias, delay = np.zeros((count, wheels)), np.zeros((count, wheels), dtype=np.int64)
+        truth = FaultEffect(np.ones((count, wheels)), bias, delay, none, none.copy(), working)
+    return Measurement(
+        time=np.full(count, tick * scenario.control_period),
+        attitude=attitude,
+        star_tracker_valid=np.ones(count, dtype=np.bool_),
+        reference_attitude=np.tile([1.0, 0.0, 0.0, 0.0], (count, 1)),
+        reference_rate=np.zeros((count, 3)),
+        reference_acceleration=np.zeros((count, 3)),
+        truth=truth,
+        **parts,
+    )
+
+
+def settled(before: Arrays, now: Arrays) -> bool:
+    """Tell whether no array of a memory, except the time, differs from that of a control period before beyond rounding."""
+    for name, array in now.items():
+        pairs = zip(real_parts({name: before[name]}), real_parts({name: array}), strict=True)
+        others = array.dtype.kind != "f" and array.dtype.names is None and (array != before[name]).any()
+        if name != "called_at" and (others or any((abs(b - a) > MOVED * abs(b)).any() for a, b in pairs)):
+            return False
+    return True
 
 
 def real_parts(arrays: Arrays) -> list[npt.NDArray[np.float64]]:

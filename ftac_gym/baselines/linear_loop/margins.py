@@ -76,8 +76,6 @@ class LoopMargins:
 def loop_margins(baseline: Baseline) -> LoopMargins:
     """Return spectral radius and margins of a baseline with its nominal spacecraft, control period and loop delay.
 
-    They are computed once in a process for the same class, scenario and gains.
-
     Parameters
     ----------
     baseline
@@ -88,18 +86,7 @@ def loop_margins(baseline: Baseline) -> LoopMargins:
     NoLinearLoopError
         If it has no linear model near rest.
     """
-    found = judged_once(baseline, _margins)
-    if isinstance(found, NoLinearLoopError):
-        raise found
-    return found
-
-
-def _margins(baseline: Baseline) -> LoopMargins | NoLinearLoopError:
-    """Return the margins, or the error of a baseline that has none: a cache keeps both."""
-    try:
-        loop = LinearLoop(linearise(baseline), baseline.scenario)
-    except NoLinearLoopError as error:
-        return error
+    loop = linear_loop(baseline)
     margins = LoopMargins(loop.radius())
     if margins.unstable:
         return margins
@@ -109,6 +96,25 @@ def _margins(baseline: Baseline) -> LoopMargins | NoLinearLoopError:
         smallest_gain=loop.gain_margin(1.0 / LARGEST_FACTOR),
         delay_margin=loop.delay_margin(),
     )
+
+
+def linear_loop(baseline: Baseline) -> LinearLoop:
+    """Return the linear loop of a baseline, found once in a process for the same class, scenario and gains.
+
+    Parameters and errors are those of :func:`loop_margins`.
+    """
+    found = judged_once(baseline, _loop)
+    if isinstance(found, NoLinearLoopError):
+        raise found
+    return found
+
+
+def _loop(baseline: Baseline) -> LinearLoop | NoLinearLoopError:
+    """Return the loop, or the error of a baseline that has none: a cache keeps both."""
+    try:
+        return LinearLoop(linearise(baseline), baseline.scenario)
+    except NoLinearLoopError as error:
+        return error
 
 
 class LinearLoop:

@@ -62,7 +62,7 @@ def first_torque(recording: Recording) -> FloatArray:
     The adaptive gain does not depend on u2.
     """
     count = recording.error.shape[1]
-    built = baselines.make("hsfc", with_limit(recording.scenario, UNLIMITED), count, smallest_effectiveness=1.0)
+    built = baselines.build("hsfc", with_limit(recording.scenario, UNLIMITED), count, smallest_effectiveness=1.0)
     attitude, reference = quaternion_from_mrp(recording.attitude), quaternion_from_mrp(recording.reference)
     motion = reference_motion(recording.scenario.draw(0, 1), recording.time)
     measured = (attitude, recording.rate, reference, motion.rate, motion.acceleration)
@@ -100,7 +100,7 @@ def largest_torque(plan: Plan, states: int = 20000) -> float:
     start = starts.draw(
         uniforms(keys, numbers, Stream.INITIAL_STATE, starts.uniform_count(wheels.count)), wheels.momentum_limits
     )
-    built = baselines.make(plan.baseline, free, states, **plan.gains)
+    built = baselines.build(plan.baseline, free, states, **plan.gains)
     identity = np.broadcast_to(np.array([1.0, 0.0, 0.0, 0.0]), (states, 4))
     # At time zero w_d = 0 and w_d' is the largest.
     motion = reference_motion(free.draw(0, 1), np.zeros(1))

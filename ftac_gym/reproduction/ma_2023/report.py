@@ -53,7 +53,7 @@ def _schemes(flights: Recordings) -> Cells:
 
 def _bounds(flights: Recordings) -> Cells:
     def corrected(plan: Plan) -> float:
-        baseline = baselines.make(plan.baseline, plan.scenario, **plan.gains)
+        baseline = baselines.build(plan.baseline, plan.scenario, **plan.gains)
         assert isinstance(baseline, HSFC)
         return baseline.torque_bound(measures.RATE, measures.ACCELERATION)
 
