@@ -30,7 +30,7 @@ EXCITATION = 6
 SMALL, LARGE = 1e-5, 1e-4
 """Sizes of the changes over the limits of success."""
 AGREEMENT = 0.05
-"""Largest difference of the models of two sizes, over the model."""
+"""Largest difference of the models of two sizes, over the sum of both."""
 MOVED = 1e-7
 """Least movement of a number of the memory, over its own size: below, it is rounding."""
 
@@ -86,7 +86,11 @@ def linearise(baseline: Baseline) -> LinearController:
     scale = np.abs(small).max(axis=1, keepdims=True) + np.abs(large).max(axis=1, keepdims=True)
     difference = np.abs(large - small).max(axis=1, keepdims=True) / np.where(scale > 0.0, scale, 1.0)
     if (worst := float(difference.max(initial=0.0))) > AGREEMENT:
-        raise NoLinearLoopError(f"its gains near rest depend on the size of the error, by {worst:.0%}")
+        factor = (1.0 + worst) / max(1.0 - worst, 1e-9)
+        sizes = f"from {SMALL:g} to {LARGE:g} of the limits of success"
+        raise NoLinearLoopError(
+            f"its gains near rest depend on the size of the error, by a factor of {factor:.2g} {sizes}"
+        )
     return models[0]
 
 
@@ -204,7 +208,7 @@ def measured(baseline: Baseline, tick: int, parts: Mapping[str, FloatArray]) -> 
 
 
 def settled(before: Arrays, now: Arrays) -> bool:
-    """Tell whether no array of a memory, except the time, differs from that of a control period before beyond rounding."""
+    """Tell whether the arrays of a memory, except the time, are those of a control period before, up to rounding."""
     for name, array in now.items():
         pairs = zip(real_parts({name: before[name]}), real_parts({name: array}), strict=True)
         others = array.dtype.kind != "f" and array.dtype.names is None and (array != before[name]).any()
