@@ -57,8 +57,6 @@ class Baseline(Tunable, ABC):
 
     arguments: tuple[tuple[Any, ...], dict[str, Any]] = ((), {})
     """Positional and keyword arguments that it was built with."""
-    checked: bool = False
-    """True once its control period has been judged (:mod:`~ftac_gym.baselines.sampling`)."""
     _served: Any = None
     """Source of the measurements of the present episodes; None before the first, and in copies."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from typing import TYPE_CHECKING
+from weakref import WeakSet
 
 import numpy as np
 
@@ -23,6 +24,9 @@ SHARE = 0.5
 """Error at the start over the half-angle of the success cone."""
 REVERSALS = 0.3
 """Mean change of a wheel command from one control period to the next, over its limit, that no settled loop needs."""
+
+_judged: WeakSet[Baseline] = WeakSet()
+"""Baselines that have been judged: one that is built by name is not warned of again where it meets an environment."""
 
 
 class SampledInstability(UserWarning):
@@ -47,13 +51,13 @@ def warn_of_long_period(baseline: Baseline) -> None:
     baseline
         The baseline, which is left as it is: another one is built for the check.
     """
-    if baseline.checked:
+    if baseline in _judged:
         return
     try:
         warning = judged_once(baseline, _judgement)
     except Exception:
         return  # What fails here fails in the flight itself, which says why.
-    baseline.checked = True
+    _judged.add(baseline)
     if warning:
         # With this module as the place of all, Python shows each once.
         warnings.warn(warning, SampledInstability, stacklevel=1)
