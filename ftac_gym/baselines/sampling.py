@@ -51,13 +51,13 @@ def warn_of_long_period(baseline: Baseline) -> None:
     baseline
         The baseline, which is left as it is: another one is built for the check.
     """
-    if baseline in _judged:
-        return
     try:
+        if baseline in _judged:
+            return
         warning = judged_once(baseline, _judgement)
+        _judged.add(baseline)
     except Exception:
         return  # What fails here fails in the flight itself, which says why.
-    _judged.add(baseline)
     if warning:
         # With this module as the place of all, Python shows each once.
         warnings.warn(warning, SampledInstability, stacklevel=1)

@@ -65,7 +65,8 @@ def linearise(baseline: Baseline) -> LinearController:
     """Return the linear model of a baseline around rest on target, where its memory has settled.
 
     The baseline is a black box: central differences of a call, for every number of its measurement and for every
-    number of its memory that measurements move. Counters, flags and times are no such numbers.
+    number of its memory that measurements move. Counters, flags and times are no such numbers. A new sample of the star
+    tracker is there in every control period. A filter whose covariance still converges is taken as it then is.
 
     Parameters
     ----------
@@ -138,15 +139,24 @@ class _Probe:
             self.baseline.memory[name] = array.copy()
 
     def excite(self) -> tuple[npt.NDArray[np.intp], FloatArray]:
-        """Return the numbers of the memory that random measurements move, and their movement over that of these."""
+        """Return the numbers of the memory that random measurements move, and their movement over that of these.
+
+        Numbers that move with the square of the measurements have no part in a linear model.
+        """
+        small, large = (self.movement(size) for size in (SMALL, LARGE))
+        linear = large < 0.5 * (LARGE / SMALL) ** 2 * small
+        moved = np.flatnonzero(linear & (small > MOVED * SMALL * np.abs(self.rest)))
+        return moved, small[moved] / SMALL
+
+    def movement(self, size: float) -> FloatArray:
+        """Return the largest spread (n,) of the numbers of the memory under random measurements of a size."""
         random = np.random.default_rng(0)
         self.restart()
         movement = np.zeros_like(self.rest)
         for _ in range(EXCITATION):
-            self.act(SMALL * self.sizes * random.uniform(-1.0, 1.0, (WIDTH, len(self.sizes))))
+            self.act(size * self.sizes * random.uniform(-1.0, 1.0, (WIDTH, len(self.sizes))))
             movement = np.maximum(movement, self.state().std(axis=0))
-        moved = np.flatnonzero(movement > MOVED * SMALL * np.abs(self.rest))
-        return moved, movement[moved] / SMALL
+        return movement
 
     def model(self, size: float) -> LinearController:
         """Return the model for changes of a size, over the usual ones."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.linalg import block_diag
+from scipy.linalg import block_diag, schur, solve_sylvester
 
 from ftac_gym.baselines.linear_loop.controller import LinearController, NoLinearLoopError, linearise
 from ftac_gym.baselines.linear_loop.spacecraft import spacecraft_model
@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 
 NEUTRAL = 1e-6
 """Distance of the spectral radius from 1 within which a loop neither decays nor grows: rounding."""
+SLOW = 1e-4
+"""Distance from 1 within which the eigenvalue of a mode that does not decay is that of a mode at rest."""
+PART = 1e-5
+"""Least part of attitude and rate in a neutral mode."""
 LARGEST_FACTOR, FACTORS = 1e3, 24
 """Limit of the gain factors that are tried, up and down, and their number each way before the bisection."""
 LONGEST_QUEUE = 20
@@ -136,19 +140,24 @@ class LinearLoop:
         plant, names = spacecraft_model(scenario)
         told = told_controller(controller, scenario, names)
         telemetry = np.abs(np.concatenate([told.b, told.d])[:, names["wheel_momentum"]]).max(initial=0.0)
-        self._stores = bool(telemetry > 0.0)
-        if not self._stores:
+        blind = bool(telemetry == 0.0)
+        if blind:
             # Nothing then depends on the momenta, which are states and outputs of the same numbers.
             keep = np.delete(np.arange(len(plant.a)), names["wheel_momentum"])
             seen = np.delete(np.arange(len(plant.c)), names["wheel_momentum"])
             plant = System(plant.a[np.ix_(keep, keep)], plant.b[keep], plant.c[np.ix_(seen, keep)], plant.d[seen])
             told = System(told.a, told.b[:, seen], told.c, told.d[:, seen])
-        if not self._stores and scenario.spacecraft.wheels.lag is None:
+        if blind and scenario.spacecraft.wheels.lag is None:
             # The body then feels the sum of the wheels alone.
             axes = scenario.spacecraft.wheels.axis_matrix
             told = System(told.a, told.b, axes @ told.c, axes @ told.d)
             plant = System(plant.a, plant.b @ np.linalg.pinv(axes), plant.c, np.zeros((len(plant.c), 3)))
-        self.plant, self.controller = plant, told.reduced()
+        self.plant, self.controller = plant, told
+        radius = self.radius()
+        # The part between measurement and torque is quicker to compute with, if rounding leaves it whole.
+        self.controller = told.reduced()
+        if abs(self.radius() - radius) > NEUTRAL:
+            self.controller = told
 
     def radius(self, gain: float = 1.0, further_delay: float = 0.0) -> float:
         """Return the spectral radius with a factor on all torques, and with a delay that the controller is not told.
@@ -161,11 +170,11 @@ class LinearLoop:
             The delay beyond the nominal one [s], any part of a control period.
         """
         matrix = self.closed(gain, further_delay)
-        if self._stores:
-            # Momentum that the wheels only store is no motion of the attitude.
-            motion = np.eye(len(matrix))[:, :6]
-            matrix = System(matrix, motion, motion.T, np.zeros((6, 6))).reduced().a
-        return float(np.abs(np.linalg.eigvals(matrix)).max(initial=0.0))
+        values = np.linalg.eigvals(matrix)
+        still = np.array([_still(value) for value in values])
+        if still.any() and not _moves_attitude(matrix):
+            values = values[~still]
+        return float(np.abs(values).max(initial=0.0))
 
     def closed(self, gain: float, further_delay: float) -> FloatArray:
         """Return the matrix of one control period of the loop: spacecraft, controller, commands on their way."""
@@ -237,6 +246,23 @@ class LinearLoop:
         response = np.linalg.solve(z * np.eye(len(transition)) - transition, rest + first / z) / z**periods
         inside = np.linalg.solve(z * np.eye(len(controller.a)) - controller.a, controller.b.astype(np.complex128))
         return np.linalg.eigvals(-(controller.c @ inside + controller.d) @ plant.c @ response)
+
+
+def _still(value: complex) -> bool:
+    """Tell whether a mode neither decays nor visibly grows, by its eigenvalue."""
+    return abs(value) > 1.0 - NEUTRAL and abs(value - 1.0) < SLOW
+
+
+def _moves_attitude(matrix: FloatArray) -> bool:
+    """Tell whether attitude and rate, the first six states, take part in the modes of a loop that are still.
+
+    Momentum that wheels only store, and estimates that no motion excites, have such modes without a motion.
+    """
+    # The types of SciPy name the sort of real matrices alone.
+    upper, basis, count = schur(matrix.astype(np.complex128), sort=_still)  # type: ignore[arg-type]
+    coupling = solve_sylvester(upper[:count, :count], -upper[count:, count:], -upper[:count, count:])
+    left = basis[:, :count].conj().T - coupling @ basis[:, count:].conj().T
+    return bool(np.abs(basis[:6, :count] @ left[:, :6]).max(initial=0.0) > PART)
 
 
 def _edge(values: Sequence[float], radius: Callable[[float], float]) -> float | None:
