@@ -133,7 +133,7 @@ def grows(name, **changes):
         simulator.step(baseline.act(told))
         errors.append(angle_between(simulator.state.attitude, simulator.reference_attitude).max())
     # An estimator of the inertia learns from a motion that grows, and may end it later.
-    return bool(max(errors[200:]) > 0.5 * errors[0])
+    return bool(max(errors[50:]) > 0.5 * errors[0])
 
 
 @pytest.mark.parametrize("name", ["pd", "pd_dob", "nftsm_observer", "predefined_time"])
