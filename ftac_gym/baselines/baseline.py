@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from ftac_gym.baselines.clock import timed
 from ftac_gym.baselines.estimate import FaultEstimate
+from ftac_gym.baselines.estimators.navigator import NavigationGains, Navigator
 from ftac_gym.baselines.gains import SearchSpace, schedule_of, with_schedule
 from ftac_gym.baselines.interface import as_action, check_scenario, measurement_of, source_of
 from ftac_gym.baselines.memory import Memory
@@ -94,10 +95,20 @@ class Baseline(Tunable, ABC):
         self._torque_limits = wheels.torque_limits
         self._period = scenario.control_period
         self._moving = reference.moving
+        self._navigator: Navigator | None = None
+        if isinstance(self.gains, NavigationGains):
+            self._navigator = Navigator(scenario, self.memory, self.gains)
+            self.information = self._navigator.information
         self._build()
 
     def _build(self) -> None:
         """Build the parts from ``gains`` and :attr:`scenario`, and add their state to :attr:`memory`."""
+
+    def _navigated(self, measurement: Measurement) -> Measurement:
+        """Return the measurement that the equations of :meth:`act` get: that of the estimators, where there are any."""
+        if self._navigator is None:
+            return measurement
+        return self._navigator.update(measurement)[0]
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave the environment out of copies and pickles."""

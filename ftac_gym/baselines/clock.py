@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ftac_gym.baselines.estimators.navigator import Navigated
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray
 
@@ -54,11 +55,14 @@ def timed(act: Act) -> Act:
 
     @functools.wraps(act)
     def checked(self: Baseline, measurement: Measurement) -> FloatArray:
+        if isinstance(measurement, Navigated):
+            # The call of a subclass: the measurement has been checked and has passed the estimators.
+            return act(self, measurement)
         memory, time = self.memory, measurement.time
         if time.shape != (self.num_spacecraft,):
             raise ValueError(f"measurement must be of {self.num_spacecraft} spacecraft, got {len(measurement)}")
         check_elapsed(type(self).__name__, time, memory["called_at"], self.scenario.control_period)
-        command = act(self, measurement)
+        command = act(self, self._navigated(measurement))
         memory["called_at"], memory["command"] = time, command
         return command
 

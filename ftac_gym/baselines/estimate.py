@@ -4,11 +4,30 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from enum import IntEnum
 
 import numpy as np
 import numpy.typing as npt
 
 from ftac_gym.utils.parameters import FloatArray, require
+
+
+class WheelCondition(IntEnum):
+    """Condition of a wheel by an estimator."""
+
+    HEALTHY = 0
+    EFFECTIVENESS = 1
+    """A share of the command is missing."""
+    BIAS = 2
+    """A torque is added to the command."""
+    LOCK = 3
+    """The torque does not depend on the command."""
+    OUTAGE = 4
+    """There is no torque."""
+    DELAY = 5
+    """The command takes effect late."""
+    UNKNOWN = 6
+    """The wheel is faulty, and the kind of its fault is not identifiable."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +50,10 @@ class FaultEstimate:
         (N, 3) torque of the vibration modes on the body [N m], which the disturbance then excludes.
     alarm
         (N, m) flags of the wheels that the estimator declares faulty, by a decision of its own.
+    condition
+        (N, m) condition of each wheel, a :class:`WheelCondition` as a whole number.
+    delay
+        (N, m) delay of each wheel's command [control periods].
     """
 
     disturbance: FloatArray | None = None
@@ -39,6 +62,8 @@ class FaultEstimate:
     identifiable: npt.NDArray[np.bool_] | None = None
     vibration: FloatArray | None = None
     alarm: npt.NDArray[np.bool_] | None = None
+    condition: npt.NDArray[np.int64] | None = None
+    delay: npt.NDArray[np.int64] | None = None
 
     def check(self, count: int, wheels: int) -> None:
         """Check that the estimate is that of N spacecraft with m wheels at one time.

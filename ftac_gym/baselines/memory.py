@@ -27,8 +27,8 @@ class Memory:
         self._initial: dict[str, npt.NDArray[Any]] = {}
         self._arrays: dict[str, npt.NDArray[Any]] = {}
 
-    def add(self, name: str, shape: tuple[int, ...], initial: float | bool = 0.0) -> None:
-        """Add an array (N, ...) that a reset fills with ``initial``.
+    def add(self, name: str, shape: tuple[int, ...], initial: float | bool | npt.NDArray[Any] = 0.0) -> None:
+        """Add an array (N, ...) that a reset fills with ``initial``, a number or a record.
 
         Raises
         ------

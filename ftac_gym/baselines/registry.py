@@ -62,6 +62,7 @@ def _sampled(name: str, baseline: type[Baseline], observer: str, gains: Mapping[
         f"{name}_observer": Entry(baseline, {"faults": observer, "observer": gains}),
         f"{name}_telemetry": Entry(baseline, {"faults": "tachometer"}),
         f"{name}_oracle": Entry(baseline, {"faults": "oracle"}),
+        f"{name}_isolation": Entry(baseline, {"isolation": "rate"}),
     }
 
 

@@ -5,18 +5,18 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from ftac_gym import scenarios
+from ftac_gym import baselines, scenarios
 from ftac_gym.agents.agent import Agent
 from ftac_gym.agents.shipped import SHIPPED, agent_folders, best_agent, designs, evaluations, seeds
 from ftac_gym.agents.storage import read_card
 from ftac_gym.evaluation import rollout
+from ftac_gym.policies.policy import DeferredBaseline
 from ftac_gym.policies.resolve import agent_path
 
 EPISODES = 20_000  # a seed that neither training nor tuning nor the reported tests use
 ALL = [pytest.param(seed, id=f"{name}/{seed.name}") for name in designs() for seed in seeds(SHIPPED / name)]
 
 
-@lru_cache
 def flight(policy, scenario, count):
     """Return the metrics in feasible episodes."""
     episodes = scenarios.get(scenario).draw(EPISODES, count)
@@ -24,9 +24,13 @@ def flight(policy, scenario, count):
     return {name: values[episodes.feasible] for name, values in metrics.items()}
 
 
+@lru_cache
 def flown(design, scenario, count):
-    """Return the metrics of the best agent and of its base in feasible episodes."""
-    return flight(best_agent(SHIPPED / design), scenario, count), flight("pd_dob", scenario, count)
+    """Return the metrics of the best agent and of its base, with the gains of its card, in feasible episodes."""
+    folder = best_agent(SHIPPED / design)
+    wrapped = dict(read_card(folder)["interface"]["wrappers"]).get("ResidualPolicy", {"base": "pd_dob"})
+    own = {name: value for name, value in wrapped.items() if name in baselines.defaults(wrapped["base"])}
+    return flight(folder, scenario, count), flight(DeferredBaseline(wrapped["base"], **own), scenario, count)
 
 
 def test_what_is_shipped():

@@ -78,7 +78,8 @@ def test_acts_within_the_limits(name, scenario):
         assert (np.abs(command) <= limits * (1.0 + 1e-12)).all()
         simulator.step(command)
     for array in law.memory.copy().values():
-        assert np.isfinite(array).all()
+        parts = [array] if array.dtype.names is None else [array[name] for name in array.dtype.names]
+        assert all(np.isfinite(part).all() for part in parts)
 
 
 @every

@@ -54,7 +54,12 @@ def test_an_oracle_without_the_truth_says_so():
         law.act(simulator.measurement())
 
 
-@pytest.mark.parametrize("kind", sorted(set(observers.names()) - {"lo", "fafeo", "ilo_class", "tachometer"}))
+WITHOUT_EXCITATION = {"multiple_model", "multiple_model_telemetry"}
+
+
+@pytest.mark.parametrize(
+    "kind", sorted(set(observers.names()) - {"lo", "fafeo", "ilo_class", "tachometer", *WITHOUT_EXCITATION})
+)
 def test_an_observer_by_name_sees_what_it_would_alone(kind):
     source, memory = FaultSource(WEAK, Memory(2), kind, {"excitation_time": 1.0}), Memory(2)
     alone = observers.make(kind, WEAK, memory, excitation_time=1.0)

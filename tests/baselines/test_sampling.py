@@ -74,7 +74,7 @@ def test_lower_gains_and_longer_periods():
 
 def test_the_delay_counts():
     """The loop delay is the nominal one: delays that are drawn are not judged."""
-    stiff = {"rate_gain": 9.0, "position_gain": 3.0}
+    stiff = {"rate_gain": 9.0, "position_gain": 3.0, "prediction": False}
     prompt = FLAGSHIP.replace(loop_delay=0.0)
     assert not warned("pd", prompt, **stiff) and warned("pd", prompt.replace(loop_delay=0.2), **stiff)
     assert not warned("pd", prompt.replace(extra_delay=4), **stiff)

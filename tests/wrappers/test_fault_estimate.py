@@ -85,7 +85,7 @@ def test_an_observer_has_the_inputs_of_that_in_a_baseline(source):
     scenario, random = env.unwrapped.scenario, np.random.default_rng(1)
     size = env.unwrapped.observation_space.shape[0]
     for episode in range(3):
-        memory, law = Memory(1), baselines.make("pd_dob", scenario)
+        memory, law = Memory(1), baselines.make("pd_dob", scenario, isolation="none", filter="none", prediction=False)
         observer = None if source == "dob" else observers.make(source, scenario, memory)
         observation, done = env.reset(seed=2 if episode == 0 else None)[0], False
         while True:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from ftac_gym.spacecraft.envelope import envelope_normals
 from ftac_gym.spacecraft.wheel_array import WheelArray
-from ftac_gym.utils.parameters import FloatArray, non_negative, require
+from ftac_gym.utils.parameters import FloatArray, non_negative, require, rows
 
 
 def pseudo_inverse(axes: FloatArray) -> FloatArray:
@@ -126,6 +127,59 @@ class MinimaxAllocation:
             matrices = self._matrices[facet, edge]
         allocated: FloatArray = (matrices @ column)[:, :, 0]
         return allocated
+
+
+class UsableAllocation:
+    """The allocation with the smallest largest share of a limit, to the wheels that are usable.
+
+    A wheel of reduced effectiveness gets a command that is larger by its inverse. Where the usable wheels do not span
+    space, they give the torque with the smallest sum of squared errors.
+
+    Parameters
+    ----------
+    wheels
+        The wheel array.
+
+    Raises
+    ------
+    ValueError
+        If the axes do not span space.
+    """
+
+    def __init__(self, wheels: WheelArray) -> None:
+        self._wheels, self._nominal = wheels, MinimaxAllocation(wheels)
+        self._bits = 1 << np.arange(wheels.count)
+        self._whole = int(self._bits.sum())
+        self._known: dict[int, MinimaxAllocation | FloatArray] = {}
+
+    def __call__(self, torque: FloatArray, usable: FloatArray | None) -> FloatArray:
+        """Allocate torques (N, 3) [N m] to wheels of a usable share (N, m), (N, m) [N m], not yet limited."""
+        if usable is None:
+            return self._nominal(torque)
+        patterns = (usable > 0.0) @ self._bits
+        if (patterns == self._whole).all():
+            return self._nominal(torque) / usable
+        command = np.zeros((len(torque), self._wheels.count))
+        for pattern in np.unique(patterns):
+            chosen = np.flatnonzero(patterns == pattern)
+            left = (self._bits & pattern) > 0
+            part = np.ix_(chosen, left)
+            command[part] = self._allocated(int(pattern), left, torque[chosen]) / usable[part]
+        return command
+
+    def _allocated(self, pattern: int, left: npt.NDArray[np.bool_], torque: FloatArray) -> FloatArray:
+        """Return wheel torques (n, k) of the wheels that are left for torques (n, 3)."""
+        if pattern == self._whole:
+            return self._nominal(torque)
+        axes = self._wheels.axis_matrix[:, left]
+        if pattern not in self._known:
+            spans = int(np.linalg.matrix_rank(axes)) == 3
+            part = WheelArray(rows(axes), tuple(self._wheels.torque_limits[left])) if spans else None
+            self._known[pattern] = (
+                np.linalg.pinv(axes).T.astype(np.float64) if part is None else MinimaxAllocation(part)
+            )
+        found = self._known[pattern]
+        return torque @ found if isinstance(found, np.ndarray) else found(torque)
 
 
 def _distinct(directions: FloatArray) -> list[FloatArray]:

@@ -31,12 +31,16 @@ class PlantEstimate:
         (N, 3) torque on the body that the wheels have to cancel, of either sign, in body axes [N m].
     usable
         (N, m) usable share of each wheel's torque limit: 0 for a wheel without torque.
+    residual
+        (N, 3) torque on the body of the last control period that neither commands nor estimated faults explain, in body
+        axes [N m].
     """
 
     inertia: FloatArray | None = None
     momentum: FloatArray | None = None
     missing_torque: FloatArray | None = None
     usable: FloatArray | None = None
+    residual: FloatArray | None = None
 
     def torque_of(self, acceleration: FloatArray, nominal_inertia: FloatArray) -> FloatArray:
         """Return the inertia times accelerations (N, 3) [rad/s^2], (N, 3) [N m]."""
@@ -85,6 +89,9 @@ class SlewProfile:
     is the zonotope ``|m.t|`` <= sum_j r_j ``|m.D[:, j]|`` for the normals m of all pairs of wheel axes. With the
     nominal wheels the largest multiple of J n in it is that of the allocation with the smallest largest share.
 
+    Close to the target the return is no faster than a calm speed s_c, so that the rate stays on target: s <= s_c + c
+    max(theta - theta_c, 0).
+
     An estimate of the plant lowers both limits. Each torque takes a share of the support of the zonotope along
     m, here without sign. That of the missing torque is d_m, that of the gyroscopic torque n x H at 1 rad/s is g_m, and
     that of the torque J n for 1 rad/s^2 is j_m::
@@ -117,6 +124,8 @@ class SlewProfile:
         braking_share: float | FloatArray,
         momentum_share: float | FloatArray = 0.7,
         plant: PlantEstimate | None = None,
+        calm_angle: float = 0.0,
+        calm_speed: float = 0.0,
     ) -> SlewDemand:
         """Return the demanded motion for quaternion errors.
 
@@ -134,6 +143,8 @@ class SlewProfile:
             Share of the torque that the gyroscopic torque of the stored momentum may take.
         plant
             Estimate of the plant; None for the nominal one.
+        calm_angle, calm_speed
+            Angle [rad] within which s is at most this speed [rad/s]; zero for no such limit.
         """
         vector = error[:, 1:]
         sine = length(vector)
@@ -149,10 +160,17 @@ class SlewProfile:
         far = angle > linear
         speed = np.where(far, np.sqrt(2.0 * braking * np.maximum(angle - 0.5 * linear, 0.0)), gain * angle)
         deceleration = np.where(far, braking, gain * gain * angle)
+        slope = np.where(far, braking / np.maximum(speed, 1e-12), gain)
+        if calm_angle > 0.0:
+            calm = calm_speed + gain * np.maximum(angle - calm_angle, 0.0)
+            slow = (speed > calm) & ~far
+            speed = np.where(slow, calm, speed)
+            slope = np.where(slow & (angle <= calm_angle), 0.0, slope)
+            deceleration = np.where(slow, slope * calm, deceleration)
         fast = speed > rate_limit
         speed = np.where(fast, rate_limit, speed)
         deceleration = np.where(fast, 0.0, deceleration)
-        slope = np.where(fast, 0.0, np.where(far, braking / np.maximum(speed, 1e-12), gain))
+        slope = np.where(fast, 0.0, slope)
         return SlewDemand(axis, angle, speed, deceleration, slope)
 
     def _with(

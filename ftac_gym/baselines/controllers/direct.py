@@ -20,4 +20,6 @@ class DirectController(FilteredController):
 
     def _to_wheels(self, torque: FloatArray) -> FloatArray:
         """Return wheel torques (N, m) [N m] within the limits for a torque (N, 3) [N m] on the body."""
-        return within_limits(self._minimax(torque), self._torque_limits)
+        plant = self.plant
+        command = self._minimax(torque) if plant is None else self._to_usable_wheels(torque, plant)
+        return within_limits(command, self._torque_limits)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ftac_gym.baselines.controllers.profile import ProfileController, ProfileGains
 from ftac_gym.baselines.estimate import FaultEstimate
@@ -90,9 +90,13 @@ class PDDisturbanceObserver(PD):
 
     def act(self, measurement: Measurement) -> FloatArray:
         """Return the wheel torques to command, (N, wheels) [N m]."""
-        return self._to_wheels(self._demand(measurement) - self._observer.update(measurement))
+        residual = None if self.plant is None else self.plant.residual
+        return self._to_wheels(self._demand(measurement) - self._observer.update(measurement, residual))
 
     @property
     def estimate(self) -> FaultEstimate:
-        """The estimated torque."""
-        return FaultEstimate(disturbance=self._observer.disturbance)
+        """The estimated torque, and that of the isolation."""
+        isolated = None if self._navigator is None else self._navigator.estimate
+        if isolated is None:
+            return FaultEstimate(disturbance=self._observer.disturbance)
+        return replace(isolated, disturbance=self._observer.disturbance)

@@ -29,6 +29,9 @@ _FIRST_AXIS = np.array([1.0, 0.0, 0.0])
 class ShapedPDGains(PDDisturbanceObserverGains):
     """Gains of :class:`ShapedPD`."""
 
+    # The prediction has no modes, and the slow return near the target would disturb the shaped end of a slew.
+    prediction: bool = changed(PDDisturbanceObserverGains, "prediction", default=False)
+    calm_share: float = changed(PDDisturbanceObserverGains, "calm_share", default=0.0, search=None)
     braking_share: float = changed(PDDisturbanceObserverGains, "braking_share", schedule=(0.1, 1.0))
     # Not scheduled: the plan, which is made once for a slew, has the same limit.
     rate_limit: float = changed(

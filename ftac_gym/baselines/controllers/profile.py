@@ -5,16 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from ftac_gym.attitude import cross
 from ftac_gym.baselines.components.allocation import pseudo_inverse, scale_to_limits
 from ftac_gym.baselines.components.gyroscopic import GyroscopicModel
-from ftac_gym.baselines.components.slew_profile import PlantEstimate, SlewDemand, SlewProfile
+from ftac_gym.baselines.components.slew_profile import SlewDemand, SlewProfile
 from ftac_gym.baselines.controllers.direct import DirectController
-from ftac_gym.baselines.gains import Range, parameter
+from ftac_gym.baselines.gains import Range, changed, parameter
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilterGains
 from ftac_gym.baselines.rules import at_most, choice, flag, interval
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.utils.parameters import FloatArray, positive
+from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
 
 @dataclass(frozen=True)
@@ -32,15 +34,23 @@ class ProfileGains(AttitudeFilterGains):
         "Share of the torque that the gyroscopic torque of the stored momentum may take, where that is estimated",
         rule=interval(0.0, 1.0),
     )
+    calm_share: float = parameter(
+        0.5,
+        "Share of the success cone within which the demanded rate is at most half of the largest rate of success",
+        "",
+        non_negative,
+        Range(0.0, 0.9),
+    )
+    torque_share: float = parameter(
+        1.0, "Share of the torque limits that healthy wheels use", "", at_most(1.0), Range(0.4, 1.0)
+    )
+    isolation: str = changed(AttitudeFilterGains, "isolation", "auto")
     allocation: str = parameter("minimax", "Allocation to the wheels", rule=choice("minimax", "pseudo_inverse"))
     telemetry: bool = parameter(False, "Whether the gyroscopic torque uses the measured wheel momentum", rule=flag)
 
 
 class ProfileController(DirectController):
     """A controller along the slew profile; the torque is defined by the subclass.
-
-    :attr:`plant` is an input, no state: an estimator of inertia, momentum, missing torque or usable wheels sets it
-    before each call. A reset does not change it.
 
     Raises
     ------
@@ -50,8 +60,6 @@ class ProfileController(DirectController):
 
     gains = ProfileGains()
     needs_torque_limits: ClassVar[bool] = True
-    plant: PlantEstimate | None = None
-    """Estimate of the plant for the coming call; None for the nominal one."""
 
     def _build(self) -> None:
         super()._build()
@@ -64,7 +72,14 @@ class ProfileController(DirectController):
         """Return the demanded motion for errors (N, 4) and a slope near the target [1/s]."""
         gains: ProfileGains = self.scheduled
         return self._profile(
-            error, position_gain, gains.rate_limit, gains.braking_share, gains.momentum_share, self.plant
+            error,
+            position_gain,
+            gains.rate_limit,
+            gains.braking_share,
+            gains.momentum_share,
+            self.plant,
+            gains.calm_share * self.scenario.success.angle,
+            0.5 * self.scenario.success.rate,
         )
 
     def _torque(self, acceleration: FloatArray) -> FloatArray:
@@ -78,5 +93,12 @@ class ProfileController(DirectController):
         return cross(measurement.rate, self.plant.momentum)
 
     def _to_wheels(self, torque: FloatArray) -> FloatArray:
-        command = self._minimax(torque) if self._inverse is None else torque @ self._inverse
-        return scale_to_limits(command, self._torque_limits)
+        share: float | FloatArray = self.gains.torque_share
+        if self.plant is None:
+            command = self._minimax(torque) if self._inverse is None else torque @ self._inverse
+        else:
+            command = self._to_usable_wheels(torque, self.plant)
+            if self.plant.usable is not None:
+                # What a faulty wheel takes from the others is not to be saved.
+                share = np.where((self.plant.usable < 1.0).any(axis=1, keepdims=True), 1.0, share)
+        return scale_to_limits(command, share * self._torque_limits)

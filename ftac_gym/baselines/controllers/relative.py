@@ -10,10 +10,11 @@ from ftac_gym.baselines.components.allocation import scale_to_limits
 from ftac_gym.baselines.components.relative_motion import RelativeMotion
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantController, FaultTolerantGains
 from ftac_gym.baselines.controllers.filtered import FilteredController
+from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gains import Range, changed, fixed
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilterGains
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.utils.parameters import FloatArray
+from ftac_gym.utils.parameters import FloatArray, require
 
 
 def _mrp(motion: RelativeMotion) -> FloatArray:
@@ -45,6 +46,14 @@ class RelativeController(FaultTolerantController, FilteredController):
     gains = RelativeGains()
     takes_torques: ClassVar[bool] = True
 
+    def _build(self) -> None:
+        super()._build()
+        estimator = None if self._navigator is None else self._navigator.estimator
+        alone = estimator is None or self.gains.faults == "none"
+        require(alone, "faults", "must be 'none' with an isolation of faulty wheels", self.gains.faults)
+        if estimator is not None and self._navigator is not None:
+            self.information = self._navigator.information
+
     @abstractmethod
     def _variable(self, measurement: Measurement, error: FloatArray, rate_error: FloatArray) -> FloatArray:
         """Return s (N, 3) for sigma_e and w_e, each (N, 3); the memory is unchanged."""
@@ -66,5 +75,14 @@ class RelativeController(FaultTolerantController, FilteredController):
             acceleration = acceleration + motion.feed_forward(measurement)
         torque = acceleration @ self._inertia
         torque += self._gyroscopic.torque(measurement.rate, measurement.wheel_momentum)
-        estimate = self._faults.update(measurement)
-        return scale_to_limits(self._to_wheels_evenly(torque, estimate), self._torque_limits)
+        if self.plant is None:
+            command = self._to_wheels_evenly(torque, self._faults.update(measurement))
+        else:
+            command = self._to_usable_wheels(torque, self.plant)
+        return scale_to_limits(command, self._torque_limits)
+
+    @property
+    def estimate(self) -> FaultEstimate | None:
+        """The latest estimate of the isolation or of the observer, or the truth of an oracle; None without any."""
+        own = None if self._navigator is None else self._navigator.estimate
+        return super().estimate if own is None else own

@@ -13,6 +13,7 @@ from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.observers.fuzzy_observer import FuzzyObserver
 from ftac_gym.baselines.observers.iterative_learning_observer import IterativeLearningObserver
 from ftac_gym.baselines.observers.learning_observer import LearningObserver
+from ftac_gym.baselines.observers.multiple_model import MultipleModelObserver, MultipleModelTelemetryObserver
 from ftac_gym.baselines.observers.observer import FaultObserver
 from ftac_gym.baselines.observers.sliding_mode_observer import SlidingModeObserver
 from ftac_gym.baselines.observers.tachometer import Tachometer
@@ -35,6 +36,8 @@ _OBSERVERS: dict[str, tuple[type[FaultObserver], Mapping[str, Any]]] = {
     "fafeo": (FuzzyObserver, {}),
     "ilo_class": (IterativeLearningObserver, {}),
     "tachometer": (Tachometer, {}),
+    "multiple_model": (MultipleModelObserver, {}),
+    "multiple_model_telemetry": (MultipleModelTelemetryObserver, {}),
 }
 
 OF_TORQUES = ("fafeo", "ilo_class")

@@ -8,7 +8,8 @@ import numpy as np
 
 from ftac_gym.attitude import canonical, quaternion_conjugate, quaternion_from_rotation_vector, quaternion_product
 from ftac_gym.baselines.components.rows import length
-from ftac_gym.baselines.gains import Gains, Range, parameter
+from ftac_gym.baselines.estimators.navigator import NavigationGains
+from ftac_gym.baselines.gains import Range, parameter
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
@@ -16,7 +17,7 @@ from ftac_gym.utils.parameters import FloatArray, non_negative
 
 
 @dataclass(frozen=True)
-class AttitudeFilterGains(Gains):
+class AttitudeFilterGains(NavigationGains):
     """Gain of :class:`AttitudeFilter` in a controller."""
 
     attitude_filter_time: float = parameter(

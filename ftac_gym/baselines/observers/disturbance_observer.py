@@ -57,16 +57,29 @@ class DisturbanceObserver:
         """(N, 3) estimated torque in body axes [N m]."""
         return self._memory["disturbance"]
 
-    def update(self, measurement: Measurement) -> FloatArray:
-        """Take in a measurement and return the estimate (N, 3) [N m]."""
-        memory, rate = self._memory, measurement.rate
-        last_rate, disturbance = memory["last_rate"], memory["disturbance"]
-        acceleration = (rate - last_rate) / self._period
-        explained = measurement.command_in_effect @ self._axes_transposed
-        gyroscopic = self._gyroscopic.torque(0.5 * (rate + last_rate), measurement.wheel_momentum)
-        residual = acceleration @ self._inertia + gyroscopic - explained
+    def update(self, measurement: Measurement, residual: FloatArray | None = None) -> FloatArray:
+        """Take in a measurement and return the estimate (N, 3) [N m].
+
+        Parameters
+        ----------
+        measurement
+            The measurement.
+        residual
+            Torque (N, 3) of the last period beyond the commands [N m]; None for that of the nominal spacecraft.
+        """
+        memory, disturbance = self._memory, self._memory["disturbance"]
+        if residual is None:
+            residual = self._balance(measurement, memory["last_rate"])
         # A spacecraft just reset has no period behind it to balance.
         updated: FloatArray = disturbance + self._gain * np.where(memory["fresh"], 0.0, residual - disturbance)
-        memory["disturbance"], memory["last_rate"] = updated, rate
+        memory["disturbance"], memory["last_rate"] = updated, measurement.rate
         memory["fresh"] = np.zeros_like(memory["fresh"])
         return updated
+
+    def _balance(self, measurement: Measurement, last_rate: FloatArray) -> FloatArray:
+        """Return the torque (N, 3) [N m] of the last period that nominal spacecraft and commands do not explain."""
+        acceleration = (measurement.rate - last_rate) / self._period
+        explained = measurement.command_in_effect @ self._axes_transposed
+        gyroscopic = self._gyroscopic.torque(0.5 * (measurement.rate + last_rate), measurement.wheel_momentum)
+        residual: FloatArray = acceleration @ self._inertia + gyroscopic - explained
+        return residual

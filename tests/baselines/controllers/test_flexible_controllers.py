@@ -136,7 +136,7 @@ def test_estimates_are_taken_off(name):
 def test_four_wheels_share_the_torque_evenly(name):
     """The smallest largest wheel torque, and all scaled alike at the limit."""
     options = {"fuzzy_smc_solved": {"faults": "none"}, "aismc": {"design": "solved"}}.get(name, {})
-    law = baselines.make(name, FLEXIBLE, num_spacecraft=6, **options)
+    law = baselines.make(name, FLEXIBLE, num_spacecraft=6, filter="none", prediction=False, **options)
     model, limited = NominalModel(FLEXIBLE), 0
     kinds = {
         "fuzzy_smc_solved": (Law, {}),

@@ -78,27 +78,27 @@ def test_feed_forward_makes_the_difference():
 
 @pytest.mark.parametrize("gains", [{}, {"position_gain": 0.3, "rate_gain": 1.2}], ids=["default gains", "soft"])
 def test_observer_removes_a_constant_bias(gains):
-    without, with_observer = (fly(BIASED, name, **gains)[0][-1] for name in ("pd", "pd_dob"))
+    without, with_observer = (fly(BIASED, name, isolation="none", **gains)[0][-1] for name in ("pd", "pd_dob"))
     assert (with_observer < 0.01 * without).all()
 
 
 def test_a_constant_bias_leaves_the_error_that_the_stiffness_says():
     stiff, damping = 0.3, 1.2  # 1/s
-    errors, _, _ = fly(BIASED, "pd", count=2, position_gain=stiff, rate_gain=damping)
+    errors, _, _ = fly(BIASED, "pd", count=2, position_gain=stiff, rate_gain=damping, isolation="none", calm_share=0.0)
     torque = 0.04 * BIASED.spacecraft.wheels.axis_matrix[:, 1]
     offset = np.linalg.solve(BIASED.spacecraft.inertia_matrix, torque) / (stiff * (damping - stiff))
     np.testing.assert_allclose(errors[-1], np.degrees(np.linalg.norm(offset)), rtol=0.02)
 
 
 def test_estimate_is_the_bias():
-    baseline, simulator = baselines.make("pd_dob", BIASED, 2), Simulator(BIASED, 2)
+    baseline, simulator = baselines.make("pd_dob", BIASED, 2, isolation="none"), Simulator(BIASED, 2)
     simulator.reset(BIASED.draw(0, 2))
     for _ in range(1200):
         simulator.step(baseline.act(simulator.measurement()))
     torque = 0.04 * BIASED.spacecraft.wheels.axis_matrix[:, 1]
     np.testing.assert_allclose(baseline.estimate.disturbance, np.tile(torque, (2, 1)), rtol=0.02, atol=1e-4)
     assert baseline.estimate.bias is None and baseline.estimate.effectiveness is None
-    assert baselines.make("pd", BIASED).estimate is None
+    assert baselines.make("pd", BIASED, isolation="none").estimate is None
 
 
 @pytest.mark.parametrize("name", NAMES)

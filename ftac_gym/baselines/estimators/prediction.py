@@ -1,0 +1,110 @@
+"""Prediction of attitude and rate over the loop delay as a component."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ftac_gym.attitude import cross
+from ftac_gym.baselines.estimators.plant_kernel import SMOOTH
+from ftac_gym.baselines.estimators.prediction_kernel import predict
+from ftac_gym.baselines.memory import Memory
+from ftac_gym.task.measurement import Measurement
+from ftac_gym.task.scenario import Scenario
+from ftac_gym.utils.parameters import FloatArray
+
+
+class DelayPrediction:
+    """Attitude and rate at the moment at which the next command takes effect.
+
+    The commands that take effect until then are known, and so is their torque. The loop behind the prediction has no
+    delay (the predictor of Smith, 1957, in the form of Artstein, IEEE T-AC 27(4), 1982, for states).
+
+    Parameters
+    ----------
+    scenario
+        The task.
+    memory
+        Store of the commands on their way.
+    """
+
+    def __init__(self, scenario: Scenario, memory: Memory) -> None:
+        self._memory = memory
+        wheels = scenario.spacecraft.wheels
+        self._axes = np.ascontiguousarray(wheels.axis_matrix.T)
+        whole, part = divmod(scenario.delay_steps, scenario.substeps)
+        spans = [part * scenario.physics_step] * bool(part) + [scenario.control_period] * whole
+        self._spans = np.array(spans)
+        self.delay = scenario.loop_delay
+        """The nominal loop delay [s]."""
+        self._inertia, self._period = scenario.spacecraft.inertia_matrix, scenario.control_period
+        # Without an estimate of the stored momentum, its half that the body has is left out too.
+        self._ideal = not wheels.momentum_coupling
+        memory.add("commands_on_their_way", (len(spans), wheels.count))
+        memory.add("predicted_from", (3,), initial=np.nan)
+        memory.add("unexplained_torque", (3,))
+
+    def nominal(
+        self, measurement: Measurement, attitude: FloatArray, rate: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Take in a measurement, and predict by the nominal spacecraft and the torque that it leaves unexplained.
+
+        Without that torque the prediction is wrong by a constant under a constant disturbance.
+
+        Parameters
+        ----------
+        measurement
+            Source of the commands.
+        attitude, rate
+            Attitude (N, 4) and rate (N, 3) [rad/s] now.
+        """
+        memory = self._memory
+        momentum = rate @ self._inertia if self._ideal else np.zeros_like(rate)
+        change = (rate - memory["predicted_from"]) / self._period
+        residual = change @ self._inertia - measurement.command_in_effect @ self._axes
+        if self._ideal:
+            residual += cross(rate, momentum)
+        torque = memory["unexplained_torque"]
+        # A spacecraft just reset has no period behind it to balance.
+        torque = torque + SMOOTH * np.where(np.isnan(residual), 0.0, residual - torque)
+        memory["predicted_from"], memory["unexplained_torque"] = rate, torque
+        inertia = np.repeat(self._inertia[None], len(rate), axis=0)
+        return self.ahead(measurement, attitude, rate, inertia, momentum, torque)
+
+    def ahead(
+        self,
+        measurement: Measurement,
+        attitude: FloatArray,
+        rate: FloatArray,
+        inertia: FloatArray,
+        momentum: FloatArray,
+        torque: FloatArray,
+        response: FloatArray | float = 1.0,
+        level: FloatArray | float = 0.0,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Take in a measurement; return attitude (N, 4) and rate (N, 3) [rad/s] after the loop delay.
+
+        The momentum is carried on in place, since its body axes turn.
+
+        Parameters
+        ----------
+        measurement
+            Source of the command given last.
+        attitude, rate
+            Attitude (N, 4) and rate (N, 3) [rad/s] now.
+        inertia
+            (N, 3, 3) [kg m^2].
+        momentum
+            (N, 3) total angular momentum, in body axes [N m s].
+        torque
+            (N, 3) torque on the body besides that of the wheels, in body axes [N m].
+        response, level
+            (N, m) torque of each wheel over its command, and besides it [N m].
+        """
+        queue = measurement.last_command[:, None]
+        if len(self._spans) > 1:
+            queue = np.concatenate([self._memory["commands_on_their_way"][:, 1:], queue], axis=1)
+        self._memory["commands_on_their_way"] = queue
+        given = np.ascontiguousarray(queue.transpose(1, 0, 2) * response + level)
+        attitude, rate = np.array(attitude), np.array(rate)
+        predict(attitude, rate, inertia, momentum, torque, given, self._axes, self._spans)
+        return attitude, rate
