@@ -98,7 +98,8 @@ class ProfileController(DirectController):
             command = self._minimax(torque) if self._inverse is None else torque @ self._inverse
         else:
             command = self._to_usable_wheels(torque, self.plant)
-            if self.plant.usable is not None:
+            if self.plant.usable is not None and self.plant.missing_torque is not None:
                 # What a faulty wheel takes from the others is not to be saved.
-                share = np.where((self.plant.usable < 1.0).any(axis=1, keepdims=True), 1.0, share)
+                faulty = (self.plant.usable < 1.0).any(axis=1) | (self.plant.missing_torque != 0.0).any(axis=1)
+                share = np.where(faulty[:, None], 1.0, share)
         return scale_to_limits(command, share * self._torque_limits)
