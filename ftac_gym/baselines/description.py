@@ -10,6 +10,7 @@ from ftac_gym.baselines.custom import BaselineLike, label
 from ftac_gym.baselines.gains import offered
 from ftac_gym.baselines.linear_loop import NoLinearLoopError, loop_margins
 from ftac_gym.baselines.registry import build
+from ftac_gym.baselines.units import Unit
 from ftac_gym.task.scenario import Scenario
 
 
@@ -44,7 +45,10 @@ def stability(baseline: Baseline) -> str:
 
 
 def _gain_lines(baseline: Baseline) -> list[str]:
-    """Return each gain with its value and unit; of a baseline without a dataclass of gains, those that were given."""
+    """Return each gain with its value and unit, also in SI units where that is a unit of the scenario.
+
+    Of a baseline without a dataclass of gains these are the arguments that were given.
+    """
     fields = offered(baseline.gains)
     if not fields:
         kind, (args, kwargs) = type(baseline), baseline.arguments
@@ -54,7 +58,15 @@ def _gain_lines(baseline: Baseline) -> list[str]:
         return [f"{key} = {value}" for key, value in given.items()] or ["none"]
     shown = []
     for item in fields:
-        value, unit = getattr(baseline.gains, item.name), item.metadata.get("unit")
-        number = f"{value:.6g}" if isinstance(value, float) else str(value)
-        shown.append(f"{item.name} = {number}{f' {unit}' if unit else ''}")
+        unit = item.metadata.get("unit")
+        text = f"{item.name} = {_number(getattr(baseline.gains, item.name))}"
+        if isinstance(unit, Unit):
+            text += f" {unit} = {_number(getattr(baseline.scheduled, item.name))} {unit.si}"
+        elif isinstance(unit, str) and unit:
+            text += f" {unit}"
+        shown.append(text)
     return shown
+
+
+def _number(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

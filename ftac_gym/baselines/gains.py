@@ -44,6 +44,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ftac_gym.baselines.rules import Check, words_of
+from ftac_gym.baselines.units import Unit
 from ftac_gym.utils.parameters import FloatArray, require
 from ftac_gym.utils.sizes import check_size
 
@@ -104,7 +105,7 @@ class Share:
 def parameter(
     default: Any,
     meaning: str = "",
-    unit: str = "",
+    unit: str | Unit | Mapping[str, Unit] = "",
     rule: Check | None = None,
     search: Range | SearchSpace | None = None,
     schedule: tuple[float, float] | None = None,
@@ -119,7 +120,8 @@ def parameter(
     meaning
         Its meaning: sentences without the last full stop.
     unit
-        Its unit, which is shown after the first sentence.
+        Its unit, which is shown after the first sentence: text for a physical gain, or a unit of the scenario; by the
+        name of the entry, for a gain that is a mapping.
     rule
         Check of its value, see :mod:`~ftac_gym.baselines.rules`; None takes every value.
     search
@@ -226,7 +228,10 @@ def description(item: Field[Any]) -> str:
     """Return the meaning of a gain with its unit and its rule, in sentences."""
     data = item.metadata
     first, stop, rest = data.get("meaning", "").partition(". ")
-    unit = f" [{data['unit']}]" if data.get("unit") else ""
+    symbol = data.get("unit", "")
+    if isinstance(symbol, Mapping):
+        symbol = ", ".join(f"{name} in {part}" for name, part in symbol.items())
+    unit = f" [{symbol}]" if symbol else ""
     text = f"{first}{unit}{stop}{rest}."
     rule = data.get("rule")
     words = words_of(rule) if rule is not None else ""

@@ -55,11 +55,11 @@ def _published(name: str, baseline: type[Baseline], observer: str, **gains: Any)
     return {name + suffix: Entry(baseline, {**gains, "faults": source}) for suffix, source in sources.items()}
 
 
-def _sampled(name: str, baseline: type[Baseline], observer: str, gains: Mapping[str, Any]) -> dict[str, Entry]:
+def _sampled(name: str, baseline: type[Baseline], observer: str) -> dict[str, Entry]:
     """Return the variants for sampled control: without an observer, with one, with telemetry, with the true faults."""
     return {
         name: Entry(baseline),
-        f"{name}_observer": Entry(baseline, {"faults": observer, "observer": gains}),
+        f"{name}_observer": Entry(baseline, {"faults": observer}),
         f"{name}_telemetry": Entry(baseline, {"faults": "tachometer"}),
         f"{name}_oracle": Entry(baseline, {"faults": "oracle"}),
         f"{name}_isolation": Entry(baseline, {"isolation": "rate"}),
@@ -67,15 +67,12 @@ def _sampled(name: str, baseline: type[Baseline], observer: str, gains: Mapping[
 
 
 _PUBLISHED: dict[str, Any] = {"design": "published", "torque_bound": 2.0}
-_LEARNING: dict[str, Any] = {"first": 2.0, "second": 2.0, "full_torque": 0.1}
 
 ENTRIES: dict[str, Entry] = {
     "pd": Entry(PD),
     "pd_dob": Entry(PDDisturbanceObserver),
-    **_sampled("nftsm", NFTSM, "asmo", {}),
-    **_sampled(
-        "predefined_time", PredefinedTimeController, "lo_corrected", {"first": 2.0, "second": 2.0, "full_torque": 0.1}
-    ),
+    **_sampled("nftsm", NFTSM, "asmo_scaled"),
+    **_sampled("predefined_time", PredefinedTimeController, "lo_scaled"),
     **_published("zhang_zhou_stabilisation", ZhangZhouStabilisation, "asmo"),
     **_published("zhang_zhou_tracking", ZhangZhouTracking, "asmo"),
     **_published("ptc", PTC, "lo_corrected"),

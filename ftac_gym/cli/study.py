@@ -45,14 +45,14 @@ response to faults of a spacecraft on target, the only part to gain."""
 ACTIONS: dict[str, tuple[str | None, list[str]]] = {
     "direct": (None, _ALONE),
     "residual": (f"ResidualPolicy base={BASE} authority=1.0 authority_angle=100.0 torque_threshold=0.03", []),
-    "gains": (f"GainScheduling base={BASE} ranges={{rate_gain: [3.0, 9.5], bandwidth: [0.5, 50.0]}}", []),
+    "gains": (f"GainScheduling base={BASE} ranges={{rate_gain: [0.6, 1.9], bandwidth: [0.07, 10.0]}}", []),
 }
 """Wrapper and training options for each meaning of the action."""
 
 MEMORIES: dict[str, str | None] = {
     "none": None,
     "history": "ObservationHistory steps=4",
-    "estimate": "FaultEstimateObservation source=dob bandwidth=50.0",
+    "estimate": "FaultEstimateObservation source=dob bandwidth=10.0",
     "oracle": "FaultEstimateObservation source=truth",
 }
 """Wrapper for each addition to the observation. The oracle is a reference with the truth about the faults."""

@@ -10,10 +10,11 @@ from ftac_gym.baselines.controllers.pd import PDDisturbanceObserver
 from ftac_gym.baselines.fault_source import FaultSource
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.observers.disturbance_observer import DisturbanceObserver
+from ftac_gym.baselines.units import PER_LOOP, Scales
 from ftac_gym.envs.observation import BOUND, fault_entries, fault_parts
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import FloatArray, require, require_keywords
+from ftac_gym.utils.parameters import FloatArray, positive, require, require_keywords
 from ftac_gym.wrappers.transform import BoolArray, Observation, Transform, wrapper
 
 SOURCES = ("none", "truth", "dob", *observers.names())
@@ -29,7 +30,8 @@ class TorqueSource:
         self, scenario: Scenario, memory: Memory, bandwidth: float = PDDisturbanceObserver.gains.bandwidth
     ) -> None:
         gyroscopic = GyroscopicModel(scenario, telemetry=False)
-        self._observer = DisturbanceObserver(scenario, memory, bandwidth, gyroscopic)
+        unit = PER_LOOP.value(Scales.of(scenario))
+        self._observer = DisturbanceObserver(scenario, memory, unit * positive(bandwidth, "bandwidth"), gyroscopic)
 
     @property
     def estimate(self) -> FaultEstimate:

@@ -7,6 +7,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from ftac_gym import baselines, scenarios
+from ftac_gym.baselines import observers
 from ftac_gym.dynamics import Simulator
 from ftac_gym.faults import Bias, FaultSchedule, LossOfEffectiveness
 from ftac_gym.task.disturbances import Disturbance
@@ -145,9 +146,9 @@ def _parts(name):
 
 
 def test_a_search_keeps_the_gains_of_the_observer_that_it_does_not_search():
-    """At the point of its defaults, predefined_time_observer is itself: full_torque = 0.1 must not become 1."""
+    """At the point of its defaults, predefined_time_observer is itself."""
     name = "predefined_time_observer"
-    ours = baselines.defaults(name)["observer"]
+    ours = observers.defaults(baselines.defaults(name)["faults"])
     changed = baselines.make(name, FLAGSHIP, COUNT, observer={"first": ours["first"], "second": ours["second"]})
     itself, same = baselines.make(name, FLAGSHIP, COUNT), True
     for measurement in recorded(FLAGSHIP, 20):

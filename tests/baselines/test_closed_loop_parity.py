@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from helpers import controllers
 from helpers.laws import Learning, NominalModel, Plant, SlidingMode, Target, kinematic_matrix, mrp
+from helpers.units import LEARNING, NFTSM, PREDEFINED_TIME, SLIDING_MODE, in_units, observer_in_units
 from scipy.integrate import solve_ivp
 
 from ftac_gym import baselines
@@ -107,8 +108,13 @@ LOOPS = {
     ),
     "ptc, observer as printed": ("ptc", controllers.PTC, printed, 3, 0.01, 20, {"faults": "lo", "layer": 0.1}),
     "tsmc_class": ("tsmc_class", controllers.TSMC, None, 4, 0.05, 60, RAW),
-    "nftsm_observer": ("nftsm_observer", controllers.NFTSM, SlidingMode, 4, 0.05, 60, RAW),
-    "predefined_time_observer": ("predefined_time_observer", controllers.PredefinedTime, working, 4, 0.05, 60, RAW),
+    "nftsm_observer": ("nftsm_observer", controllers.NFTSM, SlidingMode, 4, 0.05, 60, {**RAW, **NFTSM}),
+    "predefined_time_observer": (
+        "predefined_time_observer", controllers.PredefinedTime, working, 4, 0.05, 60, {**RAW, **PREDEFINED_TIME},
+    ),
+}  # fmt: skip
+OBSERVERS = {
+    "nftsm_observer": ("asmo_scaled", SLIDING_MODE), "predefined_time_observer": ("lo_scaled", LEARNING),
 }  # fmt: skip
 MOVING = ("tracking", "tracking, feed-forward", "ptc, acceleration", "tsmc_class", "nftsm_observer")
 
@@ -132,7 +138,11 @@ def test_flights_agree_with_an_independent_implementation(case):
 
     start = np.append(quaternion_from_mrp(np.array(SIGMA)), RATE)
     states, commands = Plant(model, *truth(wheels)).history(recorded, start, steps)
-    theirs, their_commands, estimates = flown(scenario, name, steps, **gains)
+    kind, known = OBSERVERS.get(name, (None, {}))
+    ours = in_units(name, scenario, **gains)
+    if kind is not None:
+        ours["observer"] = observer_in_units(kind, scenario, **known)
+    theirs, their_commands, estimates = flown(scenario, name, steps, **ours)
     np.testing.assert_allclose(theirs, states, atol=1e-8)
     np.testing.assert_allclose(their_commands, commands, atol=1e-6)  # N m
     if observer is not None:

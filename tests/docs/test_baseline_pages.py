@@ -116,7 +116,7 @@ def test_a_page_has_the_facts_of_its_baseline() -> None:
     ):
         assert part in text
     assert tuned.record("pd_dob")["provenance"]["commit"] in text
-    assert "| faults from | [`asmo`](../observers.md) |" in pages.page(
+    assert "| faults from | [`asmo_scaled`](../observers.md) |" in pages.page(
         "nftsm_observer", variant, "nftsm", flights, DOCS
     )
     assert not re.search(r"\n\n\n", text)

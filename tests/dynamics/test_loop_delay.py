@@ -221,7 +221,7 @@ def test_an_observer_that_uses_the_command_in_effect_sees_no_torque_on_a_healthy
     )  # fmt: skip
     largest = {}
     for known in (True, False):
-        baseline, simulator = baselines.make("pd_dob", quiet, 5, bandwidth=4.5), start(quiet, 5)
+        baseline, simulator = baselines.make("pd_dob", quiet, 5, bandwidth=0.9), start(quiet, 5)
         largest[known] = 0.0
         for _ in range(60):
             measured = simulator.measurement()

@@ -25,8 +25,8 @@ def entries(monkeypatch):
 @pytest.mark.parametrize("name", OBJECTIVES)
 def test_the_objective_is_the_mean_of_its_metric_over_all_episodes(name):
     task = Search("pd", TINY, episodes=9, seed=0, objective=name)
-    history = rollout(TINY, DeferredBaseline("pd", rate_gain=6.0), seed=task.seed, count=9)
-    assert value_of(task, {"rate_gain": 6.0}) == pytest.approx(history.metrics()[name].mean())
+    history = rollout(TINY, DeferredBaseline("pd", rate_gain=1.2), seed=task.seed, count=9)
+    assert value_of(task, {"rate_gain": 1.2}) == pytest.approx(history.metrics()[name].mean())
     assert len(fly(task, {}, TINY.draw(3, 9))["return"]) == 9
 
 
@@ -34,15 +34,15 @@ def test_the_objective_is_the_mean_of_its_metric_over_all_episodes(name):
 def test_gains_that_cannot_be_flown_are_the_worst():
     task = Search("selective", TINY, episodes=2)
     assert value_of(task, {"braking_share": 1.2}) == FAILED
-    assert value_of(task, {"rate_gain": 7.5}) == FAILED
-    assert math.isfinite(value_of(task, {"rate_gain": 6.0}))
+    assert value_of(task, {"rate_gain": 1.5}) == FAILED
+    assert math.isfinite(value_of(task, {"rate_gain": 1.2}))
 
 
 def test_gains_are_rounded_before_they_fly():
-    point = {"rate_gain": 6.123456, "position_share": 0.5, "braking_share": 0.98765432, "rate_limit": 0.1,
+    point = {"rate_gain": 1.234567, "position_share": 0.5, "braking_share": 0.98765432, "rate_limit": 0.1,
              "attitude_filter_time": 1.0}  # fmt: skip
     gains = SEARCH.gains_at(point)
-    assert gains == {"rate_gain": 6.123, "position_gain": 3.062, "braking_share": 0.9877, "rate_limit": 0.1,
+    assert gains == {"rate_gain": 1.235, "position_gain": 0.6173, "braking_share": 0.9877, "rate_limit": 0.1,
                      "attitude_filter_time": 1.0}  # fmt: skip
     rounded = objective._rounded({"part": {"gain": (1.23456, 2)}, "kind": "a"})
     assert rounded == {"part": {"gain": [1.235, 2]}, "kind": "a"}
@@ -51,7 +51,7 @@ def test_gains_are_rounded_before_they_fly():
 @pytest.mark.usefixtures("entries")
 def test_points_lie_at_shares_of_the_ranges():
     search = Search("direct", TINY, episodes=2)
-    for share, expected in ((0.0, (0.2, 0.05)), (0.5, (0.6, math.sqrt(0.05 * 0.3))), (1.0, (1.0, 0.3))):
+    for share, expected in ((0.0, (0.2, 0.4)), (0.5, (0.6, math.sqrt(0.4 * 2.5))), (1.0, (1.0, 2.5))):
         assert tuple(search.point_at(np.full(2, share)).values()) == pytest.approx(expected)
 
 
@@ -63,9 +63,9 @@ def test_the_start(entries, monkeypatch):
     # A share of another gain is no gain of the baseline, but follows from two of them.
     gains = baselines.defaults(SEARCH.baseline)
     assert SEARCH.start()["position_share"] == pytest.approx(gains["position_gain"] / gains["rate_gain"])
-    monkeypatch.setattr(DirectPD, "search_space", {**DirectPD.search_space, "rate_limit": Range(0.2, 0.8, log=True)})
+    monkeypatch.setattr(DirectPD, "search_space", {**DirectPD.search_space, "rate_limit": Range(2.0, 8.0, log=True)})
     # A default outside its range: from the middle.
-    assert Search("direct", TINY, episodes=2).start()["rate_limit"] == pytest.approx(0.4)
+    assert Search("direct", TINY, episodes=2).start()["rate_limit"] == pytest.approx(4.0)
 
 
 @pytest.mark.parametrize(
@@ -86,7 +86,7 @@ def test_a_search_is_checked(arguments, message):
 
 
 def test_one_gain_is_not_enough(entries, monkeypatch):
-    monkeypatch.setattr(SelectivePD, "search_space", {"rate_gain": Range(4.0, 8.0)})
+    monkeypatch.setattr(SelectivePD, "search_space", {"rate_gain": Range(0.8, 1.6)})
     with pytest.raises(ValueError, match="baseline must have at least two gains to search, got 'selective'"):
         Search("selective", TINY)
 

@@ -19,19 +19,19 @@ SEARCH = Search("pd", TINY, episodes=5)
 
 
 def judge(search, gains):
-    """Return a value with its maximum, zero, at a rate gain of 6 and a braking share of 0.4."""
-    return -((gains["rate_gain"] - 6.0) ** 2) - 10.0 * (gains["braking_share"] - 0.4) ** 2
+    """Return a value with its maximum, zero, at a rate gain of 1.2 and a braking share of 0.4."""
+    return -25.0 * (gains["rate_gain"] - 1.2) ** 2 - 10.0 * (gains["braking_share"] - 0.4) ** 2
 
 
 class SelectivePD(PD):
     """A baseline that refuses half of its search space, and diverges in some of the rest."""
 
-    search_space: ClassVar = {"rate_gain": Range(4.0, 8.0), "braking_share": Range(0.2, 1.8)}
+    search_space: ClassVar = {"rate_gain": Range(0.8, 1.6), "braking_share": Range(0.2, 1.8)}
     gains_at = classmethod(lambda cls, point: dict(point))
 
     def __init__(self, scenario, num_spacecraft=1, **gains):
         super().__init__(scenario, num_spacecraft, **gains)
-        self.diverges = gains.get("rate_gain", 4.0) > 7.0
+        self.diverges = gains.get("rate_gain", 0.8) > 1.4
 
     def act(self, measurement):
         return super().act(measurement) * (np.nan if self.diverges else 1.0)
@@ -40,7 +40,7 @@ class SelectivePD(PD):
 class DirectPD(PD):
     """A baseline whose gains are searched directly."""
 
-    search_space: ClassVar = {"braking_share": Range(0.2, 1.0), "rate_limit": Range(0.05, 0.3, log=True)}
+    search_space: ClassVar = {"braking_share": Range(0.2, 1.0), "rate_limit": Range(0.4, 2.5, log=True)}
     gains_at = classmethod(lambda cls, point: dict(point))
 
 

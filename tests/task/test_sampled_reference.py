@@ -87,7 +87,7 @@ def test_a_tuned_law_follows_it_as_the_sinusoid_itself():
         "exact": SINUSOID,
         "samples": SampledReference.from_arrays(time[::10], exact[::10]),
     }.items():
-        law = DeferredBaseline("pd_dob", rate_gain=7.7, position_gain=3.9, bandwidth=4.5)
+        law = DeferredBaseline("pd_dob", rate_gain=0.77, position_gain=0.39, bandwidth=0.45)
         flight = rollout(TASK.replace(reference=reference, loop_delay=0.0), law, count=2)
         errors[name] = np.degrees(flight.attitude_error[-100:]).max()
     assert errors["samples"] < 1.2 * errors["exact"] + 1e-3

@@ -151,7 +151,7 @@ def test_final_observations_and_partial_resets(source):
 
 
 def test_gains_reach_the_observer():
-    quick, slow = (FaultEstimateObservation(SpacecraftFTCEnv(), "dob", bandwidth=value) for value in (10.0, 0.1))
+    quick, slow = (FaultEstimateObservation(SpacecraftFTCEnv(), "dob", bandwidth=value) for value in (2.0, 0.02))
     for env in (quick, slow):
         env.reset(seed=0)
     action = np.ones(WHEELS)
@@ -160,7 +160,7 @@ def test_gains_reach_the_observer():
 
 def test_entries_are_clipped():
     storm = Disturbance((30.0 * LIMIT, 0.0, 0.0))
-    env = FaultEstimateObservation(SpacecraftFTCEnv(disturbance=storm, sensors=None), "dob", bandwidth=5.0)
+    env = FaultEstimateObservation(SpacecraftFTCEnv(disturbance=storm, sensors=None), "dob", bandwidth=1.0)
     env.reset(seed=0)
     for _ in range(10):
         observation, *_ = env.step(np.zeros(WHEELS))

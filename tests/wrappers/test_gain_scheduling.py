@@ -88,16 +88,16 @@ def test_the_baseline_for_flexible_spacecraft():
 
 
 def test_the_action_is_geometric_within_the_range():
-    ranges = {"rate_limit": [0.1, 0.3], "rate_gain": (3.0, 9.5)}
-    env = GainScheduling(SpacecraftFTCEnv(), "pd", ranges, rate_limit=0.2)
+    ranges = {"rate_limit": [1.0, 3.0], "rate_gain": (0.6, 1.9)}
+    env = GainScheduling(SpacecraftFTCEnv(), "pd", ranges, rate_limit=2.0)
     own = baselines.defaults("pd")["rate_gain"]
     assert env.transform.gains == ("rate_limit", "rate_gain") and env.action_space.shape == (2,)
     for action, expected in (
-        ((0.0, 0.0), (0.2, own)),
-        ((1.0, -1.0), (0.3, 3.0)),
-        ((-1.0, 1.0), (0.1, 9.5)),
-        ((0.5, -0.5), (np.sqrt(0.2 * 0.3), np.sqrt(own * 3.0))),
-        ((7.0, -7.0), (0.3, 3.0)),  # beyond the space
+        ((0.0, 0.0), (2.0, own)),
+        ((1.0, -1.0), (3.0, 0.6)),
+        ((-1.0, 1.0), (1.0, 1.9)),
+        ((0.5, -0.5), (np.sqrt(2.0 * 3.0), np.sqrt(own * 0.6))),
+        ((7.0, -7.0), (3.0, 0.6)),  # beyond the space
     ):
         np.testing.assert_allclose(env.transform.values(np.array([action]))[0], expected, rtol=1e-14)
 
@@ -183,7 +183,7 @@ def test_a_vector_equals_single_environments(mode):
         ),
         ({"ranges": {"rate_gain": (9.0, 3.0)}}, "rate_gain of pd_dob must lie strictly inside its range"),
         ({"ranges": {"rate_gain": (0.0, 9.0)}}, r"ranges\['rate_gain'\] must start above zero, got 0.0"),
-        ({"rate_limit": 0.3}, r"rate_limit of pd_dob must lie strictly inside its range \(0.08, 0.3\), got 0.3"),
+        ({"rate_limit": 2.6}, r"rate_limit of pd_dob must lie strictly inside its range \(0.7, 2.6\), got 2.6"),
         (
             {"ranges": {"braking_share": (0.4, 1.1)}},
             r"ranges\['braking_share'\] of pd_dob: braking_share must not exceed",

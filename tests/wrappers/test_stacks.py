@@ -30,7 +30,7 @@ RESIDUAL = (
     ResidualPolicy,
     {"authority": 0.4, "authority_angle": 2.0, "authority_floor": 0.1, "torque_threshold": 0.05},
 )
-GAINS = (GainScheduling, {"base": "pd_dob", "ranges": {"braking_share": [0.4, 1.0], "bandwidth": [0.2, 5.0]}})
+GAINS = (GainScheduling, {"base": "pd_dob", "ranges": {"braking_share": [0.4, 1.0], "bandwidth": [0.04, 1.0]}})
 OBSERVER = (FaultEstimateObservation, {"source": "asmo"})
 TRUTH = (FaultEstimateObservation, {"source": "truth"})
 HISTORY = (ObservationHistory, {"steps": 3, "stride": 4})

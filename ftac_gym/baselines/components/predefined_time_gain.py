@@ -82,11 +82,14 @@ class PredefinedTimeSliding:
     Parameters
     ----------
     position, rate
-        The feedbacks f_a of V_a = ``|x|^2`` / 2 and f_b of V_b = ``|s|^2`` / 2.
+        The feedbacks f_a of V_a = ``|x|^2`` / 2 and f_b of V_b = ``|s / w|^2`` / 2.
+    rate_scale
+        w [1/s]; 1 in the paper.
     """
 
-    def __init__(self, position: PredefinedTime, rate: PredefinedTime) -> None:
+    def __init__(self, position: PredefinedTime, rate: PredefinedTime, rate_scale: float = 1.0) -> None:
         self._position, self._rate = position, rate
+        self._per_scale = 1.0 / rate_scale
 
     def variable(self, error: FloatArray, error_rate: FloatArray) -> FloatArray:
         """Return s (N, 3) [1/s] for x and x' [1/s], each (N, 3)."""
@@ -100,7 +103,7 @@ class PredefinedTimeSliding:
         gain, slope = self._position.gain_and_slope(_energy(error))
         along = dot(error, error_rate)
         variable = error_rate + gain * error
-        reaching = self._rate.gain(_energy(variable)) * variable
+        reaching = self._rate.gain(_energy(variable * self._per_scale)) * variable
         return variable, drift + gain * error_rate + (slope * along) * error + reaching
 
 

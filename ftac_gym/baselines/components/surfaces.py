@@ -121,9 +121,31 @@ class NonsingularTerminalSurface(_TerminalSurface):
 
     def terminal_part(self, magnitude: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return S(x)/x and dS/dx for ``|x|``, in any shape."""
-        power = np.maximum(magnitude, self.bound) ** (self.exponent - 1.0)
-        at_bound = self.bound ** (self.exponent - 1.0)
-        first, second = (2.0 - self.exponent) * at_bound, (self.exponent - 1.0) * at_bound / self.bound
-        near = magnitude < self.bound
-        bent = second * magnitude
-        return np.where(near, first + bent, power), np.where(near, first + 2.0 * bent, self.exponent * power)
+        return terminal_part(magnitude, self.exponent, self.bound)
+
+
+def terminal_part(magnitude: FloatArray, exponent: float, bound: float | FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return S(x)/x and dS/dx of :class:`NonsingularTerminalSurface` for ``|x|`` in any shape, r and mu."""
+    power = np.maximum(magnitude, bound) ** (exponent - 1.0)
+    at_bound = bound ** (exponent - 1.0)
+    first, second = (2.0 - exponent) * at_bound, (exponent - 1.0) * at_bound / bound
+    near = magnitude < bound
+    bent = second * magnitude
+    return np.where(near, first + bent, power), np.where(near, first + 2.0 * bent, exponent * power)
+
+
+def bound_of_slope(slope: float | FloatArray, terminal: float | FloatArray, exponent: float) -> float | FloatArray:
+    """Return the mu with which k2 S(x) has a slope at zero: mu^(r-1) = slope / ((2 - r) k2).
+
+    It stays within 1e-100 and 1e100, so that its powers are numbers.
+
+    Parameters
+    ----------
+    slope, terminal
+        Slope and k2 [rad/s], numbers or columns (N, 1).
+    exponent
+        r.
+    """
+    exact = np.log((2.0 - exponent) / slope * np.maximum(terminal, 1e-300)) / (1.0 - exponent)
+    bound: float | FloatArray = np.exp(np.clip(exact, -230.0, 230.0))
+    return bound

@@ -9,10 +9,11 @@ import numpy as np
 from ftac_gym.attitude import mrp_derivative
 from ftac_gym.baselines.components.reaching import ExponentialReaching
 from ftac_gym.baselines.components.rows import dot, length
-from ftac_gym.baselines.components.surfaces import NonsingularTerminalSurface
+from ftac_gym.baselines.components.surfaces import bound_of_slope, terminal_part
 from ftac_gym.baselines.controllers.relative import RelativeController, RelativeGains
 from ftac_gym.baselines.gains import Range, Share, parameter
 from ftac_gym.baselines.rules import interval
+from ftac_gym.baselines.units import ACCELERATION, PER_LOOP, PER_SPEED, SPEED
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
@@ -21,19 +22,24 @@ from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 class NFTSMGains(RelativeGains):
     """Gains of :class:`NFTSM`."""
 
-    linear: float = parameter(0.05, "k1", "rad/s", non_negative, Range(0.005, 0.5, log=True), schedule=(0.005, 0.5))
-    terminal: float = parameter(0.15, "k2", "rad/s", non_negative, Range(0.02, 0.5, log=True), schedule=(0.05, 0.6))
+    linear: float = parameter(0.4261, "k1", SPEED, non_negative, Range(0.04, 4.0, log=True), schedule=(0.04, 4.0))
+    terminal: float = parameter(1.278, "k2", SPEED, non_negative, Range(0.2, 4.0, log=True), schedule=(0.4, 5.0))
     exponent: float = parameter(0.6, "r of the surface", "", interval(0.0, 1.0), Range(0.5, 0.95))
-    bound: float = parameter(1e-3, "mu of the surface", "", positive, Range(1e-4, 0.1, log=True))
-    reaching_linear: float = parameter(
-        1.0, "e1", "1/s", non_negative, Range(0.05, 0.95), (0.05, 0.9), Share("reaching_share", of="rate_gain")
+    terminal_slope: float = parameter(
+        0.6656, "Slope of k2 S(n) at zero, which sets mu", PER_LOOP, positive, Range(0.1, 1.6, log=True)
     )
-    reaching_switching: float = parameter(0.005, "e2", "rad/s^2", positive, Range(1e-4, 0.1, log=True), (1e-4, 0.05))
-    rate_gain: float = parameter(4.0, "Gain of the rate loop at s = 0", "1/s", positive, Range(0.5, 8.0), (1.0, 9.5))
+    reaching_linear: float = parameter(
+        0.2, "e1", PER_LOOP, non_negative, Range(0.05, 0.95), (0.05, 0.9), Share("reaching_share", of="rate_gain")
+    )
+    reaching_switching: float = parameter(
+        0.3632, "e2", ACCELERATION, positive, Range(7e-3, 7.0, log=True), schedule=(7e-3, 3.6)
+    )
+    steepness: float = parameter(0.5867, "alpha of the reaching law", PER_SPEED, non_negative)
+    rate_gain: float = parameter(0.8, "Gain of the rate loop at s = 0", PER_LOOP, positive, Range(0.1, 1.6), (0.2, 1.9))
 
 
 class NFTSM(RelativeController):
-    """The surface and the reaching law of Zhang and Zhou 2019 for sampled control at about 10 Hz.
+    """The surface and the reaching law of Zhang and Zhou 2019 for sampled control.
 
     With the error MRP sigma, its length n, and the surface's parts S(n)/n and S'(n), Eqs. (63), (64), (66)::
 
@@ -46,7 +52,9 @@ class NFTSM(RelativeController):
     - The derivative of the surface is fed forward whole; there is no backstepping and no growing bound.
     - Near the surface the law is linear with the rate gain e1 + e2 / layer, which sampling limits. The layer follows
       from ``rate_gain``, so that the gain of the rate loop is given directly, independent of e2. It must stay
-      well below two over the control period.
+      well below 2 / L.
+    - At the target the surface has the slope k1 + ``terminal_slope``, which the loop limits too. The bound mu, inside
+      which S is a parabola, follows from it.
 
     Along the surface the error brakes in proportion to n^(2r - 1): evenly for r = 1/2.
     """
@@ -55,14 +63,14 @@ class NFTSM(RelativeController):
 
     def _build(self) -> None:
         super()._build()
-        own = self.gains
-        self._surface = NonsingularTerminalSurface(own.linear, own.terminal, own.exponent, own.bound)
-        self._reaching = ExponentialReaching(own.reaching_linear, own.reaching_switching)
+        own: NFTSMGains = self.scheduled
+        self._reaching = ExponentialReaching(own.reaching_linear, own.reaching_switching, steepness=own.steepness)
 
     def _profile(self, length: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the ratio and the slope of the surface for lengths (N, 1) of the error."""
-        ratio, slope = self._surface.terminal_part(length)
-        linear, terminal = self.scheduled.linear, self.scheduled.terminal
+        own: NFTSMGains = self.scheduled
+        linear, terminal = own.linear, own.terminal
+        ratio, slope = terminal_part(length, own.exponent, bound_of_slope(own.terminal_slope, terminal, own.exponent))
         return linear + terminal * ratio, linear + terminal * slope
 
     def _variable(self, measurement: Measurement, error: FloatArray, rate_error: FloatArray) -> FloatArray:

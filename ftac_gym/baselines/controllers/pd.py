@@ -9,6 +9,7 @@ from ftac_gym.baselines.controllers.profile import ProfileController, ProfileGai
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gains import Range, Share, changed, parameter
 from ftac_gym.baselines.observers.disturbance_observer import DisturbanceObserver
+from ftac_gym.baselines.units import PER_LOOP
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, positive
 
@@ -17,16 +18,16 @@ from ftac_gym.utils.parameters import FloatArray, positive
 class PDGains(ProfileGains):
     """Gains of :class:`PD`.
 
-    With one control period of loop delay, the sampled rate loop of a 10 Hz controller is stable below a rate gain of
-    10 1/s. Filter and observer use a part of that margin; the search goes up to 8 1/s. The values are those that it
-    found on the flagship.
+    Without a loop delay, or with one control period of it, the sampled rate loop is stable below a rate gain of 2 / L.
+    Filter and observer use a part of that margin; the search goes up to 1.6 / L. The values are those that it found on
+    the flagship, where c_d = 6.162 1/s, c_p = 2.484 1/s and the rate limit is 0.1743 rad/s.
     """
 
     braking_share: float = changed(ProfileGains, "braking_share", 0.7066)
-    rate_limit: float = changed(ProfileGains, "rate_limit", 0.1743)
-    rate_gain: float = parameter(6.162, "c_d", "1/s", positive, Range(0.5, 8.0), schedule=(2.0, 8.0))
+    rate_limit: float = changed(ProfileGains, "rate_limit", 1.485452)
+    rate_gain: float = parameter(1.2324, "c_d", PER_LOOP, positive, Range(0.1, 1.6), schedule=(0.4, 1.6))
     position_gain: float = parameter(
-        2.484, "c_p", "1/s", positive, Range(0.1, 0.8), (0.2, 0.8), Share("position_share", of="rate_gain")
+        0.4968, "c_p", PER_LOOP, positive, Range(0.1, 0.8), (0.2, 0.8), Share("position_share", of="rate_gain")
     )
     attitude_filter_time: float = changed(ProfileGains, "attitude_filter_time", 3.008, search=Range(0.1, 5.0))
 
@@ -72,7 +73,9 @@ class PD(ProfileController):
 class PDDisturbanceObserverGains(PDGains):
     """Gains of :class:`PDDisturbanceObserver`."""
 
-    bandwidth: float = parameter(0.3897, "Bandwidth of the observer", "rad/s", positive, Range(0.2, 5.0), (0.2, 5.0))
+    bandwidth: float = parameter(
+        0.07794, "Bandwidth of the observer", PER_LOOP, positive, Range(0.04, 1.0), (0.04, 1.0)
+    )
 
 
 class PDDisturbanceObserver(PD):
@@ -82,7 +85,7 @@ class PDDisturbanceObserver(PD):
 
     def _build(self) -> None:
         super()._build()
-        self._observer = DisturbanceObserver(self.scenario, self.memory, self.gains.bandwidth, self._gyroscopic)
+        self._observer = DisturbanceObserver(self.scenario, self.memory, self.scheduled.bandwidth, self._gyroscopic)
 
     def _schedule(self, gains: Mapping[str, FloatArray]) -> None:
         super()._schedule(gains)

@@ -145,7 +145,7 @@ class ShapedPD(PDDisturbanceObserver):
         before_stop = quaternion_product(set_point, _rotation(stop_axis, -stop_angle))
         to_turn = rotation_vector_from_quaternion(quaternion_product(quaternion_conjugate(attitude), before_stop))
         angle, axis = _length_and_direction(to_turn)
-        turn = rest_to_rest(angle, self._acceleration(axis), self.gains.rate_limit)
+        turn = rest_to_rest(angle, self._acceleration(axis), self.scheduled.rate_limit)
 
         switches = np.concatenate((turn.switches, stop_end[:, None]), axis=1)
         weights = np.zeros((len(angle), 5, 2))

@@ -12,9 +12,11 @@ from ftac_gym.baselines.components.allocation import pseudo_inverse, scale_to_li
 from ftac_gym.baselines.components.gyroscopic import GyroscopicModel
 from ftac_gym.baselines.components.slew_profile import SlewDemand, SlewProfile
 from ftac_gym.baselines.controllers.direct import DirectController
+from ftac_gym.baselines.controllers.scaled import ScaledController
 from ftac_gym.baselines.gains import Range, changed, parameter
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilterGains
 from ftac_gym.baselines.rules import at_most, choice, flag, interval
+from ftac_gym.baselines.units import SPEED
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
@@ -27,7 +29,7 @@ class ProfileGains(AttitudeFilterGains):
         0.7, "Share of the available deceleration", "", at_most(1.0), Range(0.2, 1.0), (0.4, 1.0)
     )
     rate_limit: float = parameter(
-        0.17, "Largest commanded slew rate", "rad/s", positive, Range(0.05, 0.3), schedule=(0.08, 0.3)
+        1.449, "Largest commanded slew rate", SPEED, positive, Range(0.4, 2.6), schedule=(0.7, 2.6)
     )
     momentum_share: float = parameter(
         0.7,
@@ -49,7 +51,7 @@ class ProfileGains(AttitudeFilterGains):
     telemetry: bool = parameter(False, "Whether the gyroscopic torque uses the measured wheel momentum", rule=flag)
 
 
-class ProfileController(DirectController):
+class ProfileController(ScaledController, DirectController):
     """A controller along the slew profile; the torque is defined by the subclass.
 
     Raises

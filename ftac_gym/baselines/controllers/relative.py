@@ -10,6 +10,7 @@ from ftac_gym.baselines.components.allocation import scale_to_limits
 from ftac_gym.baselines.components.relative_motion import RelativeMotion
 from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantController, FaultTolerantGains
 from ftac_gym.baselines.controllers.filtered import FilteredController
+from ftac_gym.baselines.controllers.scaled import ScaledController
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gains import Range, changed, fixed
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilterGains
@@ -30,7 +31,7 @@ class RelativeGains(AttitudeFilterGains, FaultTolerantGains):
     attitude_filter_time: float = changed(AttitudeFilterGains, "attitude_filter_time", 1.0, search=Range(0.1, 5.0))
 
 
-class RelativeController(FaultTolerantController, FilteredController):
+class RelativeController(ScaledController, FaultTolerantController, FilteredController):
     """A fault-tolerant controller for sampled, saturating, noisy spacecraft; a subclass defines the acceleration.
 
     With the error MRP sigma_e of q_e = conj(q_d) (x) q, always on the short branch, and w_e = w - C(q_e) w_d::

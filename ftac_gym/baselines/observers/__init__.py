@@ -12,10 +12,10 @@ from ftac_gym.baselines.gains import Gains, SearchSpace, offered
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.observers.fuzzy_observer import FuzzyObserver
 from ftac_gym.baselines.observers.iterative_learning_observer import IterativeLearningObserver
-from ftac_gym.baselines.observers.learning_observer import LearningObserver
+from ftac_gym.baselines.observers.learning_observer import LearningObserver, ScaledLearningObserver
 from ftac_gym.baselines.observers.multiple_model import MultipleModelObserver, MultipleModelTelemetryObserver
 from ftac_gym.baselines.observers.observer import FaultObserver
-from ftac_gym.baselines.observers.sliding_mode_observer import SlidingModeObserver
+from ftac_gym.baselines.observers.sliding_mode_observer import ScaledSlidingModeObserver, SlidingModeObserver
 from ftac_gym.baselines.observers.tachometer import Tachometer
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import require, require_keywords
@@ -30,9 +30,11 @@ PRINTED_LEARNING: dict[str, Any] = {
 
 _OBSERVERS: dict[str, tuple[type[FaultObserver], Mapping[str, Any]]] = {
     "asmo": (SlidingModeObserver, {}),
+    "asmo_scaled": (ScaledSlidingModeObserver, {}),
     "asmo_printed": (SlidingModeObserver, {"effectiveness_gain": 0.5, "bias_gain": 1.0, "layer": 0.0}),
     "lo": (LearningObserver, {**PRINTED_LEARNING, "forgetting": 0.9, "switching": 2.5, "full_torque": None}),
     "lo_corrected": (LearningObserver, {}),
+    "lo_scaled": (ScaledLearningObserver, {}),
     "fafeo": (FuzzyObserver, {}),
     "ilo_class": (IterativeLearningObserver, {}),
     "tachometer": (Tachometer, {}),

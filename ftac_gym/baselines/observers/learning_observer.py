@@ -9,13 +9,17 @@ import numpy as np
 
 from ftac_gym.baselines.components.reaching import switching
 from ftac_gym.baselines.estimate import FaultEstimate
-from ftac_gym.baselines.gains import Range, parameter
+from ftac_gym.baselines.gains import Range, changed, parameter
 from ftac_gym.baselines.observers.excitation import Excitation, ExcitationGains
 from ftac_gym.baselines.observers.observer import FaultObserver
 from ftac_gym.baselines.observers.rate_predictor import RatePredictor
 from ftac_gym.baselines.rules import interval, optional
+from ftac_gym.baselines.units import LOOPS, PER_LOOP, TORQUE, Unit
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, matrix, non_negative, positive, require
+
+_LEARNING = Unit("I/(R L)", "s/rad", inertia=1, torque=-1, loop_time=-1)
+"""One over the change of the rate that the smallest torque limit makes in one loop time."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +33,18 @@ class LearningGains(ExcitationGains):
     switching: float = parameter(0.0, "n", "N m", non_negative)
     full_torque: float | None = parameter(1.0, "u0. None takes v = 1, as printed", "N m", optional(positive))
     smallest: float = parameter(1e-4, "Lower end of the effectiveness", "", interval(0.0, 1.0))
+
+
+@dataclass(frozen=True)
+class ScaledLearningGains(LearningGains):
+    """Gains of :class:`ScaledLearningObserver`."""
+
+    excitation_time: float = changed(ExcitationGains, "excitation_time", 10.0, unit=LOOPS)
+    rate_gain: float = parameter(0.4, "M", PER_LOOP, positive, Range(0.1, 1.0, log=True))
+    first: float = parameter(0.008133, "H1", _LEARNING, positive, Range(4e-5, 1.2, log=True))
+    second: float = parameter(0.008133, "H2", _LEARNING, positive, Range(4e-5, 1.2, log=True))
+    switching: float = changed(LearningGains, "switching", unit=TORQUE)
+    full_torque: float | None = changed(LearningGains, "full_torque", 0.5, unit=TORQUE)
 
 
 class LearningObserver(FaultObserver):
@@ -57,7 +73,7 @@ class LearningObserver(FaultObserver):
 
     def _build(self) -> None:
         super()._build()
-        own, wheels = self.gains, self._scenario.spacecraft.wheels.count
+        own, wheels = self.physical, self._scenario.spacecraft.wheels.count
         if isinstance(own.rate_gain, (int, float, np.number)):
             self._rate_gain = positive(float(own.rate_gain), "rate_gain") * self._scenario.spacecraft.inertia_matrix
         else:
@@ -84,11 +100,11 @@ class LearningObserver(FaultObserver):
         torque = (effectiveness * command) @ self._axes_transposed + memory["injection"]
         mismatch, fresh = self._predictor.update(measurement, torque, dt)
         correction = mismatch @ self._first + last_mismatch @ self._second
-        if self.gains.full_torque is not None:
-            correction *= np.minimum(np.maximum(command * (1.0 / self.gains.full_torque), -1.0), 1.0)
-        learned = self.gains.forgetting * effectiveness + correction
+        if self.physical.full_torque is not None:
+            correction *= np.minimum(np.maximum(command * (1.0 / self.physical.full_torque), -1.0), 1.0)
+        learned = self.physical.forgetting * effectiveness + correction
         # The first sample has no period behind it: e^(0) = 1 stays.
-        learned = np.where(fresh, effectiveness, np.minimum(np.maximum(learned, self.gains.smallest), 1.0))
+        learned = np.where(fresh, effectiveness, np.minimum(np.maximum(learned, self.physical.smallest), 1.0))
         memory["injection"], memory["effectiveness"] = self._injection(mismatch), learned
         self._excitation.update(command, dt)
         return self.estimate
@@ -102,6 +118,16 @@ class LearningObserver(FaultObserver):
     def _injection(self, mismatch: FloatArray) -> FloatArray:
         """Return M w~ + n sign(w~) (N, 3) [N m]: the torque that the estimated effectiveness does not explain."""
         torque: FloatArray = mismatch @ self._rate_gain
-        if self.gains.switching > 0.0:
-            torque = torque + self.gains.switching * switching(mismatch, 0.0)
+        if self.physical.switching > 0.0:
+            torque = torque + self.physical.switching * switching(mismatch, 0.0)
         return torque
+
+
+class ScaledLearningObserver(LearningObserver):
+    """The learning observer with gains in units of the scenario, for spacecraft of any size.
+
+    M is a number times J, H1 and H2 are numbers times D'. On the flagship they are those of the working form that
+    ``predefined_time_observer`` takes: 2 1/s, 2 s/rad and u0 = 0.1 N m.
+    """
+
+    gains = ScaledLearningGains()

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.baselines.tunable import Tunable
+from ftac_gym.baselines.units import Scales, factors_of, has_units, physical
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.parameters import FloatArray
@@ -39,6 +40,10 @@ class FaultObserver(Tunable, ABC):
     def __init__(self, scenario: Scenario, memory: Memory, **gains: Any) -> None:
         super().__init__(**gains)
         self._scenario, self._memory = scenario, memory
+        self.physical: Any = self.gains
+        """The gains in SI units."""
+        if has_units(self.gains):
+            self.physical = physical(self.gains, factors_of(self.gains, Scales.of(scenario)))
         self._axes_transposed: FloatArray = scenario.spacecraft.wheels.axis_matrix.T.copy()
         self._build()
 

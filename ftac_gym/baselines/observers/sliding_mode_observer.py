@@ -10,11 +10,12 @@ import numpy.typing as npt
 from ftac_gym.baselines.components.reaching import switching
 from ftac_gym.baselines.components.rows import dot
 from ftac_gym.baselines.estimate import FaultEstimate
-from ftac_gym.baselines.gains import Range, parameter
+from ftac_gym.baselines.gains import Range, changed, parameter
 from ftac_gym.baselines.observers.excitation import Excitation, ExcitationGains
 from ftac_gym.baselines.observers.observer import FaultObserver
 from ftac_gym.baselines.observers.rate_predictor import RatePredictor
 from ftac_gym.baselines.rules import flag, interval
+from ftac_gym.baselines.units import LOOPS, PER_LOOP, TORQUE, Unit
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 
@@ -36,6 +37,31 @@ class SlidingModeGains(ExcitationGains):
     layer: float = parameter(0.01, "Boundary layer of the sign. Zero for none", "rad/s", non_negative)
     printed_barrier: bool = parameter(False, "Whether (18) is taken as printed, with w~'w~", rule=flag)
     know_rate: bool = parameter(True, "Whether w^ starts from the first measurement. Else from zero", rule=flag)
+
+
+_RATE = Unit("R L/I", "rad/s", torque=1, loop_time=1, inertia=-1)
+"""The change of the rate that the smallest torque limit makes in one loop time."""
+_EFFECTIVENESS = Unit("(I/(R L))^2", "s^2", inertia=2, torque=-2, loop_time=-2)
+_TORQUE_GAIN = Unit("(I/L)^2", "kg^2 m^4/s^2", inertia=2, loop_time=-2)
+
+
+@dataclass(frozen=True)
+class ScaledSlidingModeGains(SlidingModeGains):
+    """Gains of :class:`ScaledSlidingModeObserver`."""
+
+    excitation_time: float = changed(ExcitationGains, "excitation_time", 10.0, unit=LOOPS)
+    rate_gain: float = changed(SlidingModeGains, "rate_gain", 1.0, unit=PER_LOOP, search=Range(0.1, 1.0, log=True))
+    effectiveness_gain: float = changed(
+        SlidingModeGains, "effectiveness_gain", 3.307e-3, unit=_EFFECTIVENESS, search=Range(1e-3, 16.0, log=True)
+    )
+    bias_gain: float = changed(
+        SlidingModeGains, "bias_gain", 0.04134, unit=_TORQUE_GAIN, search=Range(4e-3, 1.2, log=True)
+    )
+    switching_gain: float = changed(SlidingModeGains, "switching_gain", 4.134e-5, unit=_TORQUE_GAIN)
+    barrier: float = changed(SlidingModeGains, "barrier", 12.3, unit=_RATE)
+    barrier_torque: float = changed(SlidingModeGains, "barrier_torque", 5.0, unit=TORQUE, meaning="k")
+    largest_switching: float = changed(SlidingModeGains, "largest_switching", 250.0, unit=TORQUE)
+    layer: float = changed(SlidingModeGains, "layer", 2.459, unit=_RATE)
 
 
 class SlidingModeObserver(FaultObserver):
@@ -62,7 +88,7 @@ class SlidingModeObserver(FaultObserver):
 
     def _build(self) -> None:
         super()._build()
-        own, spacecraft = self.gains, self._scenario.spacecraft
+        own, spacecraft = self.physical, self._scenario.spacecraft
         inverse_inertia = np.linalg.inv(spacecraft.inertia_matrix)
         self._rate_torque = own.rate_gain * spacecraft.inertia_matrix
         self._to_wheels = inverse_inertia @ spacecraft.wheels.axis_matrix
@@ -86,12 +112,12 @@ class SlidingModeObserver(FaultObserver):
         step = np.where(fresh, 0.0, dt)
         size = np.abs(mismatch).sum(axis=1, keepdims=True)
         adaptive = memory["adaptive_switching"] + (self._growth * step) * size * ~inside
-        inside = inside | (size < self.gains.barrier)
-        switched = self._switching(mismatch, size, adaptive, inside) * switching(mismatch, self.gains.layer)
+        inside = inside | (size < self.physical.barrier)
+        switched = self._switching(mismatch, size, adaptive, inside) * switching(mismatch, self.physical.layer)
         drive = mismatch @ self._to_wheels
-        effectiveness = effectiveness + (self.gains.effectiveness_gain * step) * command * drive
-        effectiveness = np.minimum(np.maximum(effectiveness, self.gains.smallest), 1.0)
-        bias = bias + (self.gains.bias_gain * step) * drive
+        effectiveness = effectiveness + (self.physical.effectiveness_gain * step) * command * drive
+        effectiveness = np.minimum(np.maximum(effectiveness, self.physical.smallest), 1.0)
+        bias = bias + (self.physical.bias_gain * step) * drive
         memory["injection"] = switched + mismatch @ self._rate_torque
         memory["adaptive_switching"], memory["inside_barrier"] = adaptive, inside
         memory["effectiveness"], memory["bias"] = effectiveness, bias
@@ -106,8 +132,17 @@ class SlidingModeObserver(FaultObserver):
 
     def _switching(self, mismatch: FloatArray, size: FloatArray, adaptive: FloatArray, inside: BoolArray) -> FloatArray:
         """Return K (N, 1) [N m]."""
-        if self.gains.printed_barrier:
+        if self.physical.printed_barrier:
             size = dot(mismatch, mismatch)
         # K reaches its largest value before the barrier, which a sampled observer can overstep.
-        barrier = self.gains.barrier_torque * size / np.maximum(self.gains.barrier - size, 1e-12)
-        return np.minimum(np.where(inside, barrier, adaptive), self.gains.largest_switching)
+        barrier = self.physical.barrier_torque * size / np.maximum(self.physical.barrier - size, 1e-12)
+        return np.minimum(np.where(inside, barrier, adaptive), self.physical.largest_switching)
+
+
+class ScaledSlidingModeObserver(SlidingModeObserver):
+    """The sliding-mode observer with gains in units of the scenario, for spacecraft of any size.
+
+    On the flagship the gains are those of the usable form of :class:`SlidingModeObserver`.
+    """
+
+    gains = ScaledSlidingModeGains()

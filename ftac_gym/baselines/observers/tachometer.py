@@ -10,6 +10,7 @@ import numpy as np
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gains import Gains, Range, parameter
 from ftac_gym.baselines.observers.observer import FaultObserver
+from ftac_gym.baselines.units import PER_LOOP
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, positive
 
@@ -18,7 +19,7 @@ from ftac_gym.utils.parameters import FloatArray, positive
 class TachometerGains(Gains):
     """Gains of :class:`Tachometer`."""
 
-    bandwidth: float = parameter(10.0, "Bandwidth of the low-pass", "rad/s", positive, Range(0.5, 50.0, log=True))
+    bandwidth: float = parameter(2.0, "Bandwidth of the low-pass", PER_LOOP, positive, Range(0.1, 10.0, log=True))
 
 
 class Tachometer(FaultObserver):
@@ -35,7 +36,7 @@ class Tachometer(FaultObserver):
 
     def _build(self) -> None:
         super()._build()
-        self._gain = 1.0 - np.exp(-self.gains.bandwidth * self._scenario.control_period)
+        self._gain = 1.0 - np.exp(-self.physical.bandwidth * self._scenario.control_period)
         wheels = self._scenario.spacecraft.wheels.count
         self._memory.add("wheel_bias", (wheels,))
         self._memory.add("last_momentum", (wheels,))

@@ -10,6 +10,8 @@ import numpy as np
 
 from ftac_gym import scenarios
 from ftac_gym.attitude import quaternion_from_mrp
+from ftac_gym.baselines.controllers.prescribed_performance import PrescribedPerformance
+from ftac_gym.baselines.units import Scales, relative
 from ftac_gym.reproduction.recordings import Plan
 from ftac_gym.reproduction.variations import sampled, with_limit
 from ftac_gym.task.initial_state import InitialState
@@ -101,8 +103,17 @@ def _holds(paper: Scenario) -> dict[str, Plan]:
         flown = period == paper.control_period and name in SCHEMES
         if not flown and (period >= 0.005 or name.startswith("M1")):
             duration = 60.0 if period >= 0.005 else 6.0
-            found[f"hold {period:g} s, {name}"] = Plan(sampled(paper, period, duration), baseline, gains)
+            found[f"hold {period:g} s, {name}"] = _held(sampled(paper, period, duration), baseline, gains)
     return found
+
+
+def _held(scenario: Scenario, baseline: str, gains: dict[str, Any]) -> Plan:
+    """Return a flight of the sampling study; gains in units of the scenario have the same SI values at all periods."""
+    if baseline == "prescribed_performance":
+        scales = Scales.of(scenario)
+        values = {"attitude_gain": 0.05, "rate_gain": 2.0, "rate_power_gain": 1e-3 * scales.speed**0.3}
+        gains = relative(PrescribedPerformance.gains, scales, values)
+    return Plan(scenario, baseline, gains)
 
 
 def _turns(healthy: Scenario) -> dict[str, Plan]:

@@ -7,6 +7,8 @@ from itertools import product
 from typing import Any
 
 from ftac_gym import baselines, scenarios
+from ftac_gym.baselines.controllers.pd import PDDisturbanceObserver
+from ftac_gym.baselines.units import Scales, relative
 from ftac_gym.faults import FaultSchedule, LossOfEffectiveness
 from ftac_gym.reproduction.recordings import Plan
 from ftac_gym.reproduction.variations import sampled
@@ -23,12 +25,19 @@ SCHEMES = {
 }
 """The paper's scheme, its comparators, and PD in both readings, with their baselines."""
 
+
+def _in_units(rate_limit: float) -> dict[str, float]:
+    """Return the gains of ``pd_dob`` on the flagship, for this example, with a rate limit [rad/s]."""
+    values = {"rate_limit": rate_limit, "rate_gain": 6.162, "position_gain": 2.484, "bandwidth": 0.3897}
+    return relative(PDDisturbanceObserver.gains, Scales.of(scenarios.get("li_2023")), values)
+
+
 OTHERS: dict[str, tuple[str, dict[str, Any]]] = {
     "FASMC solved": ("fuzzy_smc_solved", {"short_way": False}),
     "FASMC with ILO-class": ("fuzzy_smc_ilo_class", {}),
     "FASMC without observer": ("fuzzy_smc", {"faults": "none", "observer": None}),
-    "pd_dob": ("pd_dob", {}),
-    "pd_shaped": ("pd_shaped", {"rate_limit": 0.1}),
+    "pd_dob": ("pd_dob", _in_units(0.1743)),
+    "pd_shaped": ("pd_shaped", _in_units(0.1)),
 }
 """Further baselines in the same example, with their gains."""
 

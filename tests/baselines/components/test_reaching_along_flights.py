@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from helpers import controllers
 from helpers.laws import NominalModel, Target
+from helpers.units import NFTSM, PREDEFINED_TIME, in_units
 
 from ftac_gym import baselines
 from ftac_gym.dynamics import Simulator
@@ -31,10 +32,12 @@ LAWS = {
     "ptc, h1 = .15": ("ptc_no_observer", controllers.PTC, {"position_exponent": 0.15, "rate_exponent": 0.45}),
     "tsmc_class": ("tsmc_class", controllers.TSMC, {}),
     "tsmc_class, wide guard": ("tsmc_class", controllers.TSMC, {"guard": 0.3}),
-    "nftsm": ("nftsm", controllers.NFTSM, {}),
-    "nftsm, parabola": ("nftsm", controllers.NFTSM, {"bound": 0.5}),
-    "predefined_time": ("predefined_time", controllers.PredefinedTime, {}),
-    "predefined_time, fast": ("predefined_time", controllers.PredefinedTime, {"position_time": 5.0, "rate_time": 2.0}),
+    "nftsm": ("nftsm", controllers.NFTSM, NFTSM),
+    "nftsm, parabola": ("nftsm", controllers.NFTSM, {**NFTSM, "bound": 0.5}),
+    "predefined_time": ("predefined_time", controllers.PredefinedTime, PREDEFINED_TIME),
+    "predefined_time, fast": (
+        "predefined_time", controllers.PredefinedTime, {**PREDEFINED_TIME, "position_time": 5.0, "rate_time": 2.0},
+    ),
 }  # fmt: skip
 ADAPTED = {
     "rate_bound": "chi", "fault_bound": "rho", "bound": "omega", "eta": "eta", "network_weights": "weights",
@@ -57,7 +60,7 @@ def scenario(reference, period):
 def moments(name, reference, **gains):
     """Return time, attitude, rate and memory at some moments of a flight of some spacecraft."""
     task = scenario(reference, 0.01)
-    simulator, law = Simulator(task, COUNT), baselines.make(name, task, COUNT, **gains)
+    simulator, law = Simulator(task, COUNT), baselines.make(name, task, COUNT, **in_units(name, task, **gains))
     simulator.reset(task.draw(3, COUNT))
     kept = []
     for step in range(max(MOMENTS) + 1):
@@ -78,7 +81,7 @@ def measured(name, moving, moment, gains):
     task = scenario(reference, INSTANT)
     episodes = task.draw(0, COUNT)
     episodes.initial["attitude"], episodes.initial["rate"] = attitude, rate
-    simulator, law = Simulator(task, COUNT), baselines.make(name, task, COUNT, **gains)
+    simulator, law = Simulator(task, COUNT), baselines.make(name, task, COUNT, **in_units(name, task, **gains))
     simulator.reset(episodes)
     own = {**memory, "called_at": np.full(COUNT, np.nan)}  # times of the other flight
     law.memory.restore(own, np.ones(COUNT, dtype=bool))

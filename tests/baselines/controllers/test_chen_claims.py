@@ -12,6 +12,8 @@ from ftac_gym.attitude import (
     quaternion_error,
     quaternion_from_rotation_vector,
 )
+from ftac_gym.baselines.controllers.prescribed_performance import DECAY
+from ftac_gym.baselines.units import Scales
 from ftac_gym.dynamics import Simulator
 from ftac_gym.task.initial_state import InitialState
 from ftac_gym.task.measurement import Measurement
@@ -191,7 +193,9 @@ def test_prescribed_performance_follows_a_moving_reference():
 def test_the_scenarios_bound_is_the_default_and_a_part_of_it_can_be_changed():
     own = PrescribedBound(initial=2.0, decay=0.1)
     for name in ("chen_m1", "chen_m1_sampled", "prescribed_performance"):
-        assert baselines.make(name, QUIET).bound == PrescribedBound()
+        # That of the law for sampled flight decays with the speed of the wheels.
+        decay = DECAY * Scales.of(QUIET).speed if name == "prescribed_performance" else PrescribedBound.decay
+        assert baselines.make(name, QUIET).bound == PrescribedBound(decay=decay)
         assert baselines.make(name, CHEN).bound == CHEN.prescribed_bound
         scenario = QUIET.replace(prescribed_bound=own)
         assert baselines.make(name, scenario, bound={"final": 0.5}).bound == PrescribedBound(2.0, 0.5, 0.1)

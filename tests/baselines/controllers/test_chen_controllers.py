@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from helpers.laws import NominalModel, Target
 from helpers.prescribed_laws import M1, M2, M3, Bounds, Sampled, VaryingPlant
+from helpers.units import PRESCRIBED, in_units
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.attitude import (
@@ -132,8 +133,9 @@ def test_flights_agree_with_an_independent_implementation(case):
     scenario = task(period, onsets, rate_torque, 4 if "four" in case else 3, limit, **changes)
     model = NominalModel(scenario, Target(**WAVE) if "moving" in case else None)
     start = np.append(quaternion_from_mrp(np.array(SIGMA)), RATE)
+    base = PRESCRIBED if name == "prescribed_performance" else {}
     states, commands = truth(model, onsets, rate_torque).history(law(model, **theirs), start, steps)
-    seen_states, seen_commands = flown(scenario, name, steps, **ours, **RAW)
+    seen_states, seen_commands = flown(scenario, name, steps, **in_units(name, scenario, **{**base, **ours}), **RAW)
     np.testing.assert_allclose(seen_states, states, atol=1e-10)
     np.testing.assert_allclose(seen_commands, commands, atol=1e-6)  # N m
 

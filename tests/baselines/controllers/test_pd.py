@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers.units import in_units
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.attitude import angle_between
@@ -76,7 +77,7 @@ def test_feed_forward_makes_the_difference():
     assert errors[-1].max() < 0.05 * lagging
 
 
-@pytest.mark.parametrize("gains", [{}, {"position_gain": 0.3, "rate_gain": 1.2}], ids=["default gains", "soft"])
+@pytest.mark.parametrize("gains", [{}, {"position_gain": 0.06, "rate_gain": 0.24}], ids=["default gains", "soft"])
 def test_observer_removes_a_constant_bias(gains):
     without, with_observer = (fly(BIASED, name, isolation="none", **gains)[0][-1] for name in ("pd", "pd_dob"))
     assert (with_observer < 0.01 * without).all()
@@ -84,7 +85,8 @@ def test_observer_removes_a_constant_bias(gains):
 
 def test_a_constant_bias_leaves_the_error_that_the_stiffness_says():
     stiff, damping = 0.3, 1.2  # 1/s
-    errors, _, _ = fly(BIASED, "pd", count=2, position_gain=stiff, rate_gain=damping, isolation="none", calm_share=0.0)
+    gains = in_units("pd", BIASED, position_gain=stiff, rate_gain=damping)
+    errors, _, _ = fly(BIASED, "pd", count=2, isolation="none", calm_share=0.0, **gains)
     torque = 0.04 * BIASED.spacecraft.wheels.axis_matrix[:, 1]
     offset = np.linalg.solve(BIASED.spacecraft.inertia_matrix, torque) / (stiff * (damping - stiff))
     np.testing.assert_allclose(errors[-1], np.degrees(np.linalg.norm(offset)), rtol=0.02)
@@ -145,8 +147,8 @@ def test_at_rest_on_target_nothing_is_commanded():
 
 def test_rate_limit_is_kept():
     scenario = FLAGSHIP.replace(**QUIET, initial_state=InitialState(angle=(2.5, 3.0)))
-    _, slow, _ = fly(scenario, "pd", rate_limit=0.03, duration=60.0)
-    _, fast, _ = fly(scenario, "pd", rate_limit=10.0, duration=60.0)
+    _, slow, _ = fly(scenario, "pd", **in_units("pd", scenario, rate_limit=0.03), duration=60.0)
+    _, fast, _ = fly(scenario, "pd", **in_units("pd", scenario, rate_limit=10.0), duration=60.0)
     assert np.linalg.norm(slow, axis=2).max() < 0.033
     assert np.linalg.norm(fast, axis=2).max(axis=0).min() > 0.045
 
@@ -161,7 +163,8 @@ def test_it_coasts_at_the_rate_limit_and_brakes_in_time(name):
     spacecraft = Spacecraft(np.diag([10.0, 19.0, 25.0]).tolist(), FLAGSHIP.spacecraft.wheels)
     start = InitialState.fixed(attitude=[np.cos(1.4), np.sin(1.4), 0.0, 0.0])
     scenario = FLAGSHIP.replace(**QUIET, loop_delay=0.0, spacecraft=spacecraft, initial_state=start)
-    gains = {"rate_limit": limit, "braking_share": share, "position_gain": stiffness}
+    known = {"rate_limit": limit, "braking_share": share, "position_gain": stiffness, "rate_gain": 6.162}
+    gains = in_units(name, scenario, **known)
     errors, rates, commands = fly(scenario, name, count=1, **gains)
     torque = commands[:, 0] @ spacecraft.wheels.axis_matrix[0]
     largest = np.abs(torque[0])  # the wheels saturate at the start

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from helpers.observed import task
+from helpers.units import NFTSM, PREDEFINED_TIME, in_units
 
 from ftac_gym import baselines, scenarios
 from ftac_gym.attitude import angle_between, quaternion_product, random_quaternion_from_uniforms
@@ -75,12 +76,15 @@ def test_a_body_that_follows_exactly_gets_the_feed_forward_alone(name):
     np.testing.assert_allclose(command @ AXES.T, expected, atol=1e-6)
 
 
+SOFT = {**PREDEFINED_TIME, "position_gain": 0.5, "rate_gain": 3.0}
+
+
 @pytest.mark.parametrize(
     ("name", "gains", "expected"),
     [
-        ("nftsm", {"linear": 0.1, "terminal": 0.0, "rate_gain": 3.0}, 3.0 + 0.1 / 4.0),
-        ("predefined_time", {"position_gain": 0.5, "rate_gain": 3.0}, 0.5 + 3.0 + 0.3),
-        ("predefined_time", {"position_gain": 0.5, "rate_gain": 3.0, "switching_gain": 0.0}, 0.5 + 3.0),
+        ("nftsm", {"linear": 0.1, "terminal": 0.0, "rate_gain": 3.0, "reaching_linear": 1.0}, 3.0 + 0.1 / 4.0),
+        ("predefined_time", SOFT, 0.5 + 3.0 + 0.3),
+        ("predefined_time", {**SOFT, "switching_gain": 0.0}, 0.5 + 3.0),
     ],
 )
 def test_the_rate_gain_at_zero_is_the_one_given(name, gains, expected):
@@ -88,7 +92,7 @@ def test_the_rate_gain_at_zero_is_the_one_given(name, gains, expected):
     rate = 1e-9 * np.random.default_rng(0).normal(size=(6, 3))
     four, three, identity = np.zeros((6, 4)), np.zeros((6, 3)), np.tile([1.0, 0, 0, 0], (6, 1))
     still = Measurement(np.zeros(6), identity, rate, four, four, np.ones(6, bool), identity, three, three)
-    command = baselines.make(name, TASK, 6, **gains).act(still)
+    command = baselines.make(name, TASK, 6, **in_units(name, TASK, **gains)).act(still)
     np.testing.assert_allclose(command @ AXES.T, -expected * rate @ INERTIA, rtol=2e-3)
 
 
@@ -99,7 +103,11 @@ def test_saturated_torque_keeps_its_direction(name):
     wide = TASK.replace(spacecraft=task(4, 0.05, None).spacecraft)
     wheels = type(TASK.spacecraft.wheels)(AXES.tolist(), 1e6, momentum_coupling=False)
     wide = TASK.replace(spacecraft=type(TASK.spacecraft)(INERTIA.tolist(), wheels, allow_unphysical_inertia=True))
-    limited, free = (baselines.make(name, scenario, 6).act(measurement) for scenario in (TASK, wide))
+    known = {"nftsm": NFTSM, "predefined_time": PREDEFINED_TIME}.get(name, {})
+    limited, free = (
+        baselines.make(name, scenario, 6, **in_units(name, scenario, **known)).act(measurement)
+        for scenario in (TASK, wide)
+    )
     share = np.abs(free).max(axis=1, keepdims=True) / 5.0
     assert (share > 1.0).any()
     np.testing.assert_allclose(limited * np.maximum(share, 1.0), free, rtol=1e-9, atol=1e-9)
@@ -128,10 +136,10 @@ def test_knowing_the_faults_helps(name):
         ("tsmc_class", {"attitude_filter_time": -1.0}, "attitude_filter_time must not be negative"),
         ("nftsm", {"terminal": -1.0}, "terminal must not be negative"),
         ("nftsm", {"exponent": 1.0}, r"exponent must lie within \(0, 1\)"),
-        ("nftsm", {"bound": 0.0}, "bound must be positive"),
+        ("nftsm", {"terminal_slope": 0.0}, "terminal_slope must be positive"),
         ("nftsm", {"reaching_switching": 0.0}, "reaching_switching must be positive"),
-        ("nftsm", {"rate_gain": 1.0}, r"reaching_linear must be below rate_gain = 1\.0, got 1\.0"),
-        ("predefined_time", {"position_gain": 4.0}, r"position_gain must be below rate_gain = 4\.0, got 4\.0"),
+        ("nftsm", {"rate_gain": 0.2}, r"reaching_linear must be below rate_gain = 0\.2, got 0\.2"),
+        ("predefined_time", {"position_gain": 0.8}, r"position_gain must be below rate_gain = 0\.8, got 0\.8"),
         ("predefined_time", {"position_gain": 0.0}, "position_gain must be positive"),
         ("predefined_time", {"rate_time": 0.0}, "rate_time must be positive"),
         ("predefined_time", {"rate_time": -1.0, "rate_exponent": 0.3}, "rate_time must be positive"),

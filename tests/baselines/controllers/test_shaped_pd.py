@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers.units import in_units
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -161,7 +162,10 @@ def test_at_rest_on_target_nothing_is_commanded():
 
 def test_the_rate_limit_is_kept():
     scenario = CERTAIN.replace(initial_state=InitialState(angle=(2.5, 3.0)))
-    law, simulator = ShapedPD(scenario, COUNT, rate_limit=0.05), Simulator(scenario, COUNT)
+    law, simulator = (
+        ShapedPD(scenario, COUNT, **in_units("pd_shaped", scenario, rate_limit=0.05)),
+        Simulator(scenario, COUNT),
+    )
     simulator.reset(scenario.draw(0, COUNT))
     fastest = np.zeros(COUNT)
     for _ in range(700):
