@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,12 +66,18 @@ class NFTSM(RelativeController):
         super()._build()
         own: NFTSMGains = self.scheduled
         self._reaching = ExponentialReaching(own.reaching_linear, own.reaching_switching, steepness=own.steepness)
+        self._bound = bound_of_slope(own.terminal_slope, own.terminal, own.exponent)
+
+    def _schedule(self, gains: Mapping[str, FloatArray]) -> None:
+        super()._schedule(gains)
+        own: NFTSMGains = self.scheduled
+        self._bound = bound_of_slope(own.terminal_slope, own.terminal, own.exponent)
 
     def _profile(self, length: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the ratio and the slope of the surface for lengths (N, 1) of the error."""
         own: NFTSMGains = self.scheduled
+        ratio, slope = terminal_part(length, own.exponent, self._bound)
         linear, terminal = own.linear, own.terminal
-        ratio, slope = terminal_part(length, own.exponent, bound_of_slope(own.terminal_slope, terminal, own.exponent))
         return linear + terminal * ratio, linear + terminal * slope
 
     def _variable(self, measurement: Measurement, error: FloatArray, rate_error: FloatArray) -> FloatArray:
