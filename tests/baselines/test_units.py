@@ -124,7 +124,7 @@ def test_observers_are_finite_on_a_tiny_spacecraft(name):
     scenario = sizes.FAULTY_CUBESAT.replace(spacecraft=small, initial_state=InitialState())
     history = rollout(scenario, name, seed=5, count=20, estimates=True)
     assert np.isfinite(history.command).all() and np.isfinite(history.estimates.effectiveness).all()
-    assert np.degrees(history.attitude_error[-50:]).max() < 1.0
+    assert np.degrees(history.attitude_error[-50:]).max() < 5.0
 
 
 def test_sizes_of_a_scenario():
