@@ -36,7 +36,7 @@ class NFTSMGains(RelativeGains):
         0.3632, "e2", ACCELERATION, positive, Range(7e-3, 7.0, log=True), schedule=(7e-3, 3.6)
     )
     steepness: float = parameter(0.5867, "alpha of the reaching law", PER_SPEED, non_negative)
-    rate_gain: float = parameter(0.8, "Gain of the rate loop at s = 0", PER_LOOP, positive, Range(0.1, 1.6), (0.2, 1.9))
+    rate_gain: float = parameter(0.8, "Gain of the rate loop at s = 0", PER_LOOP, positive, Range(0.1, 2.2), (0.2, 1.9))
 
 
 class NFTSM(RelativeController):

@@ -19,17 +19,18 @@ class PDGains(ProfileGains):
     """Gains of :class:`PD`.
 
     Without a loop delay, or with one control period of it, the sampled rate loop is stable below a rate gain of 2 / L.
-    Filter and observer use a part of that margin; the search goes up to 1.6 / L. The values are those that it found on
+    Filter and observer use a part of that margin. Behind the prediction there is no delay, and the search goes up to 2.4 /
+    L. The values are those that it found on
     the flagship, where c_d = 6.162 1/s, c_p = 2.484 1/s and the rate limit is 0.1743 rad/s.
     """
 
     braking_share: float = changed(ProfileGains, "braking_share", 0.7066)
     rate_limit: float = changed(ProfileGains, "rate_limit", 1.485452)
-    rate_gain: float = parameter(1.2324, "c_d", PER_LOOP, positive, Range(0.1, 1.6), schedule=(0.4, 1.6))
+    rate_gain: float = parameter(1.2324, "c_d", PER_LOOP, positive, Range(0.2, 2.4), schedule=(0.4, 2.0))
     position_gain: float = parameter(
         0.4968, "c_p", PER_LOOP, positive, Range(0.1, 0.8), (0.2, 0.8), Share("position_share", of="rate_gain")
     )
-    attitude_filter_time: float = changed(ProfileGains, "attitude_filter_time", 3.008, search=Range(0.1, 5.0))
+    attitude_filter_time: float = changed(ProfileGains, "attitude_filter_time", 3.008)
 
 
 class PD(ProfileController):

@@ -26,7 +26,7 @@ class PredefinedTimeGains(RelativeGains):
     position_gain: float = parameter(
         0.2, "f_a at zero", PER_LOOP, positive, Range(0.1, 0.8), share=Share("position_share", of="rate_gain")
     )
-    rate_gain: float = parameter(0.8, "f_b at zero", PER_LOOP, positive, Range(0.1, 1.6))
+    rate_gain: float = parameter(0.8, "f_b at zero", PER_LOOP, positive, Range(0.1, 2.2))
     rate_scale: float = parameter(8.522, "Size of s at which V_b is 1/2", SPEED, positive)
     switching_gain: float = parameter(
         7.263e-3, "a. Zero for none", ACCELERATION, non_negative, Range(7e-5, 0.7, log=True)

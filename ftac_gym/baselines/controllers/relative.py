@@ -12,7 +12,7 @@ from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantControlle
 from ftac_gym.baselines.controllers.filtered import FilteredController
 from ftac_gym.baselines.controllers.scaled import ScaledController
 from ftac_gym.baselines.estimate import FaultEstimate
-from ftac_gym.baselines.gains import Range, changed, fixed
+from ftac_gym.baselines.gains import changed, fixed
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilterGains
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.utils.parameters import FloatArray, require
@@ -28,7 +28,7 @@ class RelativeGains(AttitudeFilterGains, FaultTolerantGains):
     """Gains of :class:`RelativeController`."""
 
     smallest_effectiveness: float = fixed(0.05)
-    attitude_filter_time: float = changed(AttitudeFilterGains, "attitude_filter_time", 1.0, search=Range(0.1, 5.0))
+    attitude_filter_time: float = changed(AttitudeFilterGains, "attitude_filter_time", 1.0)
 
 
 class RelativeController(ScaledController, FaultTolerantController, FilteredController):

@@ -25,7 +25,7 @@ class TSMCClassGains(RelativeGains):
     reaching_linear: float = parameter(1.0, "k", "1/s", non_negative, Range(0.1, 8.0, log=True))
     reaching_power_gain: float = parameter(0.2, "l", "", non_negative, Range(1e-3, 1.0, log=True))
     reaching_exponent: float = parameter(0.5, "g", "", interval(0.0, 1.0))
-    attitude_filter_time: float = changed(RelativeGains, "attitude_filter_time", 0.0, search=Range(0.0, 5.0))
+    attitude_filter_time: float = changed(RelativeGains, "attitude_filter_time", 0.0)
 
 
 class TSMCClass(RelativeController):

@@ -9,7 +9,7 @@ import numpy as np
 from ftac_gym.attitude import canonical, quaternion_conjugate, quaternion_from_rotation_vector, quaternion_product
 from ftac_gym.baselines.components.rows import length
 from ftac_gym.baselines.estimators.navigator import NavigationGains
-from ftac_gym.baselines.gains import Range, parameter
+from ftac_gym.baselines.gains import parameter
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
@@ -21,7 +21,7 @@ class AttitudeFilterGains(NavigationGains):
     """Gain of :class:`AttitudeFilter` in a controller."""
 
     attitude_filter_time: float = parameter(
-        0.0, "Time constant of the attitude filter. Zero for no filter", "s", non_negative, Range(0.0, 5.0)
+        0.0, "Time constant of the attitude filter. Zero for no filter", "s", non_negative
     )
 
 
