@@ -19,9 +19,8 @@ class PDGains(ProfileGains):
     """Gains of :class:`PD`.
 
     Without a loop delay, or with one control period of it, the sampled rate loop is stable below a rate gain of 2 / L.
-    Filter and observer use a part of that margin. Behind the prediction there is no delay, and the search goes up to 2.4 /
-    L. The values are those that it found on
-    the flagship, where c_d = 6.162 1/s, c_p = 2.484 1/s and the rate limit is 0.1743 rad/s.
+    Filter and observer use a part of that margin. Behind the prediction there is no delay, and the search goes up to
+    2.4 / L.
     """
 
     braking_share: float = changed(ProfileGains, "braking_share", 0.7066)
