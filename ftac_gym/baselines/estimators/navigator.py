@@ -85,7 +85,7 @@ class Navigator:
         self.prediction: DelayPrediction | None = None
         """The prediction, or None."""
         if gains.prediction and scenario.loop_delay > 0.0:
-            self.prediction = DelayPrediction(scenario, memory)
+            self.prediction = DelayPrediction(scenario, memory, alone=self.estimator is None)
         telemetry = self.estimator is not None and gains.isolation == "telemetry"
         self.information = "telemetry" if telemetry else "attitude"
         """Tier of the information that it uses."""

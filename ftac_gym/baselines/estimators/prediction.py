@@ -25,9 +25,11 @@ class DelayPrediction:
         The task.
     memory
         Store of the commands on their way.
+    alone
+        Whether the prediction is by the nominal spacecraft, without an estimator of the plant.
     """
 
-    def __init__(self, scenario: Scenario, memory: Memory) -> None:
+    def __init__(self, scenario: Scenario, memory: Memory, alone: bool = True) -> None:
         self._memory = memory
         wheels = scenario.spacecraft.wheels
         self._axes = np.ascontiguousarray(wheels.axis_matrix.T)
@@ -40,8 +42,9 @@ class DelayPrediction:
         # Without an estimate of the stored momentum, its half that the body has is left out too.
         self._ideal = not wheels.momentum_coupling
         memory.add("commands_on_their_way", (len(spans), wheels.count))
-        memory.add("predicted_from", (3,), initial=np.nan)
-        memory.add("unexplained_torque", (3,))
+        if alone:
+            memory.add("predicted_from", (3,), initial=np.nan)
+            memory.add("unexplained_torque", (3,))
 
     def nominal(
         self, measurement: Measurement, attitude: FloatArray, rate: FloatArray
