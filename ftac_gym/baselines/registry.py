@@ -18,6 +18,8 @@ from ftac_gym.baselines.controllers.chen_m3 import ChenM3
 from ftac_gym.baselines.controllers.fuzzy_pd import FuzzyPD
 from ftac_gym.baselines.controllers.fuzzy_smc import FuzzySMC
 from ftac_gym.baselines.controllers.hsfc import HSFC
+from ftac_gym.baselines.controllers.indi import INDI
+from ftac_gym.baselines.controllers.lqr import LQR
 from ftac_gym.baselines.controllers.nftsm import NFTSM
 from ftac_gym.baselines.controllers.pd import PD, PDDisturbanceObserver
 from ftac_gym.baselines.controllers.pd_shaped import ShapedPD
@@ -27,6 +29,7 @@ from ftac_gym.baselines.controllers.ptc import PTC
 from ftac_gym.baselines.controllers.raftsmc_class import RAFTSMCClass
 from ftac_gym.baselines.controllers.shen_class import ShenClass
 from ftac_gym.baselines.controllers.shopd_plus import SHOPDPlus
+from ftac_gym.baselines.controllers.super_twisting import SuperTwisting
 from ftac_gym.baselines.controllers.tsmc_class import TSMCClass
 from ftac_gym.baselines.controllers.zhang_zhou_stabilisation import ZhangZhouStabilisation
 from ftac_gym.baselines.controllers.zhang_zhou_tracking import ZhangZhouTracking
@@ -71,6 +74,9 @@ _PUBLISHED: dict[str, Any] = {"design": "published", "torque_bound": 2.0}
 ENTRIES: dict[str, Entry] = {
     "pd": Entry(PD),
     "pd_dob": Entry(PDDisturbanceObserver),
+    "lqr": Entry(LQR),
+    "indi": Entry(INDI),
+    "super_twisting": Entry(SuperTwisting),
     **_sampled("nftsm", NFTSM, "asmo_scaled"),
     **_sampled("predefined_time", PredefinedTimeController, "lo_scaled"),
     **_published("zhang_zhou_stabilisation", ZhangZhouStabilisation, "asmo"),

@@ -126,7 +126,8 @@ def test_scheduled_gains_are_those_of_a_baseline_built_with_them(name):
             expected = built.act(measurement)
             np.testing.assert_allclose(sent[spacecraft], expected[spacecraft], rtol=1e-9, atol=1e-12)
             spread.append(np.abs(sent - expected).max())
-    assert np.median(spread) > 1e-3, "the gains of another spacecraft are another thing"
+    # This near to the target, the observer's bandwidth alone matters to lqr.
+    assert np.median(spread) > (1e-5 if name == "lqr" else 1e-3), "the gains of another spacecraft are another thing"
 
 
 @pytest.mark.parametrize("mode", MODES)
@@ -166,8 +167,8 @@ def test_a_vector_equals_single_environments(mode):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"base": "lqr"}, "baseline must be one of .*'lqr'"),
-        ({"base": "hsfc"}, r"base must have gains to schedule, as \['nftsm', .*'pd_dob'.*\] have, got 'hsfc'"),
+        ({"base": "lqg"}, "baseline must be one of .*'lqg'"),
+        ({"base": "hsfc"}, r"base must have gains to schedule, as \[.*'nftsm', .*'pd_dob'.*\] have, got 'hsfc'"),
         ({"base": "nftsm_oracle"}, "base must not be an oracle"),
         ({"ranges": {"beauty": (1.0, 2.0)}}, r"ranges must be of gains among \['bandwidth', .*\], got 'beauty'"),
         ({"ranges": {"attitude_filter_time": (1.0, 2.0)}}, "ranges must be of gains among"),
@@ -226,7 +227,7 @@ def test_schedule_of_a_baseline(name):
     law, own = baselines.make(name, scenario, 2), baselines.make(name, scenario, 2)
     env = SpacecraftFTCVectorEnv(2)
     env.reset(seed=0)
-    measurement, gain = env.measurement(), "rate_gain"
+    measurement, gain = env.measurement(), "rate_gain" if "rate_gain" in law.schedulable else "rate_limit"
     expected = own.act(measurement)
     law.schedule({gain: np.array([3.0, 9.0])})
     law.reset()
@@ -235,10 +236,10 @@ def test_schedule_of_a_baseline(name):
     law.schedule({})
     np.testing.assert_array_equal(law.act(measurement), expected)
     for values in ([3.0], [3.0, 0.0], [3.0, np.nan], [3.0, np.inf], 3.0):
-        with pytest.raises(ValueError, match="rate_gain must be 2 positive numbers"):
+        with pytest.raises(ValueError, match=f"{gain} must be 2 positive numbers"):
             law.schedule({gain: np.array(values)})
     with pytest.raises(
-        ValueError, match=f"scheduled gain of {type(law).__name__} must be among .*'rate_gain'.*got 'mood'"
+        ValueError, match=f"scheduled gain of {type(law).__name__} must be among .*'{gain}'.*got 'mood'"
     ):
         law.schedule({"mood": np.ones(2)})
 

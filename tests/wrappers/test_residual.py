@@ -203,7 +203,7 @@ def test_gains_reach_the_base():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"base": "lqr"}, "baseline must be one of .*'lqr'"),
+        ({"base": "lqg"}, "baseline must be one of .*'lqg'"),
         ({"authority": 0.0}, "authority must be above 0 and at most 2, got 0.0"),
         ({"authority": 2.1}, "authority must be above 0 and at most 2"),
         ({"authority": float("nan")}, "authority must be finite, got nan"),

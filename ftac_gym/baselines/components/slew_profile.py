@@ -64,15 +64,15 @@ class SlewDemand:
         s (N, 1), the demanded rate of decrease of theta [rad/s]: the demanded rate error is -s n.
     deceleration
         (N, 1) the rate of decrease of s along the profile [rad/s^2]: the demanded acceleration is this along n.
-    slope
-        ds/dtheta (N, 1) [1/s].
+    braking
+        a (N, 1), the deceleration of the part with constant braking [rad/s^2].
     """
 
     axis: FloatArray
     angle: FloatArray
     speed: FloatArray
     deceleration: FloatArray
-    slope: FloatArray
+    braking: FloatArray
 
 
 class SlewProfile:
@@ -126,6 +126,7 @@ class SlewProfile:
         plant: PlantEstimate | None = None,
         calm_angle: float = 0.0,
         calm_speed: float = 0.0,
+        stiffness: float | FloatArray | None = None,
     ) -> SlewDemand:
         """Return the demanded motion for quaternion errors.
 
@@ -145,6 +146,9 @@ class SlewProfile:
             Estimate of the plant; None for the nominal one.
         calm_angle, calm_speed
             Angle [rad] within which s is at most this speed [rad/s]; zero for no such limit.
+        stiffness
+            k [1/s^2] of a law that lags behind a constant deceleration a by the angle a / k: the demand is that of
+            the angle theta + a / k. None for a law with a feed-forward.
         """
         vector = error[:, 1:]
         sine = length(vector)
@@ -155,7 +159,9 @@ class SlewProfile:
         braking = braking_share / np.maximum(per_acceleration.max(axis=1, keepdims=True), 1e-12)
         if plant is not None:
             braking, rate_limit = self._with(plant, axis, angle, braking, rate_limit, braking_share, momentum_share)
-        gain = position_gain
+        true_angle, gain = angle, position_gain
+        if stiffness is not None:
+            angle = angle + braking / stiffness
         linear = braking / (gain * gain)
         far = angle > linear
         speed = np.where(far, np.sqrt(2.0 * braking * np.maximum(angle - 0.5 * linear, 0.0)), gain * angle)
@@ -170,8 +176,7 @@ class SlewProfile:
         fast = speed > rate_limit
         speed = np.where(fast, rate_limit, speed)
         deceleration = np.where(fast, 0.0, deceleration)
-        slope = np.where(fast, 0.0, slope)
-        return SlewDemand(axis, angle, speed, deceleration, slope)
+        return SlewDemand(axis, true_angle, speed, deceleration, braking)
 
     def _with(
         self,

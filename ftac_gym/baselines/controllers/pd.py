@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from ftac_gym.baselines.controllers.profile import ProfileController, ProfileGains
 from ftac_gym.baselines.estimate import FaultEstimate
@@ -59,6 +59,10 @@ class PD(ProfileController):
 
     def _demand(self, measurement: Measurement) -> FloatArray:
         """Return the torque demanded on the body, (N, 3) [N m]."""
+        return self._torque(self._demanded_acceleration(measurement)) + self._gyroscopic_torque(measurement)
+
+    def _demanded_acceleration(self, measurement: Measurement) -> FloatArray:
+        """Return the demanded angular acceleration, (N, 3) [rad/s^2]."""
         gains: PDGains = self.scheduled
         motion = self._motion(measurement, move_on=True)
         slew = self._slew(motion.error, gains.position_gain)
@@ -66,7 +70,7 @@ class PD(ProfileController):
         acceleration = along - gains.rate_gain * motion.rate_error
         if self._moving:
             acceleration += motion.feed_forward(measurement)
-        return self._torque(acceleration) + self._gyroscopic_torque(measurement)
+        return acceleration
 
 
 @dataclass(frozen=True)
@@ -99,7 +103,4 @@ class PDDisturbanceObserver(PD):
     @property
     def estimate(self) -> FaultEstimate:
         """The estimated torque, and that of the isolation."""
-        isolated = None if self._navigator is None else self._navigator.estimate
-        if isolated is None:
-            return FaultEstimate(disturbance=self._observer.disturbance)
-        return replace(isolated, disturbance=self._observer.disturbance)
+        return self._estimate_with(self._observer.disturbance)

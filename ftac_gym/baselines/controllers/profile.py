@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -13,6 +13,7 @@ from ftac_gym.baselines.components.gyroscopic import GyroscopicModel
 from ftac_gym.baselines.components.slew_profile import SlewDemand, SlewProfile
 from ftac_gym.baselines.controllers.direct import DirectController
 from ftac_gym.baselines.controllers.scaled import ScaledController
+from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gains import Range, changed, parameter
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilterGains
 from ftac_gym.baselines.rules import at_most, choice, flag, interval
@@ -25,6 +26,7 @@ from ftac_gym.utils.parameters import FloatArray, non_negative, positive
 class ProfileGains(AttitudeFilterGains):
     """Gains of :class:`ProfileController`."""
 
+    attitude_filter_time: float = changed(AttitudeFilterGains, "attitude_filter_time", 3.0, search=Range(0.1, 5.0))
     braking_share: float = parameter(
         0.7, "Share of the available deceleration", "", at_most(1.0), Range(0.2, 1.0), (0.4, 1.0)
     )
@@ -70,18 +72,16 @@ class ProfileController(ScaledController, DirectController):
         self._gyroscopic = GyroscopicModel(self.scenario, self.gains.telemetry)
         self._profile = SlewProfile(wheels, self._inertia, self._minimax)
 
-    def _slew(self, error: FloatArray, position_gain: float | FloatArray) -> SlewDemand:
-        """Return the demanded motion for errors (N, 4) and a slope near the target [1/s]."""
+    def _slew(
+        self, error: FloatArray, position_gain: float | FloatArray, stiffness: float | FloatArray | None = None
+    ) -> SlewDemand:
+        """Return the demanded motion for errors (N, 4), a slope near the target [1/s] and a stiffness [1/s^2]."""
         gains: ProfileGains = self.scheduled
+        # A law that lags behind the profile is calm by its own error: the profile's angle is not the true one.
+        calm = gains.calm_share * self.scenario.success.angle if stiffness is None else 0.0
+        limits = gains.rate_limit, gains.braking_share, gains.momentum_share
         return self._profile(
-            error,
-            position_gain,
-            gains.rate_limit,
-            gains.braking_share,
-            gains.momentum_share,
-            self.plant,
-            gains.calm_share * self.scenario.success.angle,
-            0.5 * self.scenario.success.rate,
+            error, position_gain, *limits, self.plant, calm, 0.5 * self.scenario.success.rate, stiffness
         )
 
     def _torque(self, acceleration: FloatArray) -> FloatArray:
@@ -95,13 +95,24 @@ class ProfileController(ScaledController, DirectController):
         return cross(measurement.rate, self.plant.momentum)
 
     def _to_wheels(self, torque: FloatArray) -> FloatArray:
-        share: float | FloatArray = self.gains.torque_share
         if self.plant is None:
             command = self._minimax(torque) if self._inverse is None else torque @ self._inverse
         else:
             command = self._to_usable_wheels(torque, self.plant)
-            if self.plant.usable is not None and self.plant.missing_torque is not None:
-                # What a faulty wheel takes from the others is not to be saved.
-                faulty = (self.plant.usable < 1.0).any(axis=1) | (self.plant.missing_torque != 0.0).any(axis=1)
-                share = np.where(faulty[:, None], 1.0, share)
-        return scale_to_limits(command, share * self._torque_limits)
+        return scale_to_limits(command, self._limits_in_use())
+
+    def _limits_in_use(self) -> FloatArray:
+        """Return the share of the torque limits that commands may take, (m,) or (N, m) [N m]."""
+        share: float | FloatArray = self.gains.torque_share
+        plant = self.plant
+        if plant is not None and plant.usable is not None and plant.missing_torque is not None:
+            # What a faulty wheel takes from the others is not to be saved.
+            faulty = (plant.usable < 1.0).any(axis=1) | (plant.missing_torque != 0.0).any(axis=1)
+            share = np.where(faulty[:, None], 1.0, share)
+        limits: FloatArray = share * self._torque_limits
+        return limits
+
+    def _estimate_with(self, disturbance: FloatArray) -> FaultEstimate:
+        """Return the estimate of the isolation, if there is one, with an unexplained torque (N, 3) [N m]."""
+        isolated = None if self._navigator is None else self._navigator.estimate
+        return FaultEstimate(disturbance) if isolated is None else replace(isolated, disturbance=disturbance)

@@ -33,23 +33,33 @@ def demand(plant=None, braking_share=SHARE, error=ERRORS):
     return PROFILE(error, GAIN, LIMIT, braking_share, 0.5, plant)
 
 
-def test_deceleration_and_slope_are_derivatives_of_the_speed():
+def test_the_deceleration_is_that_of_a_motion_along_the_profile():
     angles, step = np.linspace(0.002, 2.5, COUNT), 1e-6
     axis = np.tile(directions(1), (COUNT, 1))
     here, there = (
         demand(error=quaternion_from_rotation_vector((angles + more)[:, None] * axis)) for more in (0.0, step)
     )
     slope = (there.speed - here.speed) / step
-    np.testing.assert_allclose(here.slope, slope, atol=1e-4)
-    np.testing.assert_allclose(here.deceleration, here.speed * here.slope, rtol=1e-9)
-    assert here.slope.max() == pytest.approx(GAIN) and here.speed.max() == LIMIT
-    assert 0.2 < (here.slope == 0.0).mean() < 0.9  # all three parts of the profile occur
+    np.testing.assert_allclose(here.deceleration, here.speed * slope, rtol=1e-3, atol=1e-7)
+    assert slope.max() == pytest.approx(GAIN, rel=1e-4) and here.speed.max() == LIMIT
+    assert (here.deceleration <= here.braking).all()
+    assert 0.2 < (here.deceleration == 0.0).mean() < 0.9  # all three parts of the profile occur
 
 
 def test_the_profile_is_continuous_and_rises():
     speed = demand(error=quaternion_from_rotation_vector(np.linspace(0.0, 3.0, 3001)[:, None] * directions(1))).speed
     steps = np.diff(speed[:, 0])
     assert (steps >= -1e-15).all() and steps.max() <= GAIN * 1e-3 * (1.0 + 1e-9)
+
+
+def test_a_law_that_lags_by_an_angle_is_led_by_it():
+    stiffness = 4.0
+    lagging = PROFILE(ERRORS, GAIN, LIMIT, SHARE, stiffness=stiffness)
+    axis, angle = lagging.axis, lagging.angle + lagging.braking / stiffness
+    ahead = demand(error=quaternion_from_rotation_vector(angle * axis))
+    within = angle[:, 0] < np.pi
+    np.testing.assert_allclose(lagging.speed[within], ahead.speed[within], rtol=1e-6)
+    np.testing.assert_allclose(lagging.angle, demand().angle)
 
 
 def test_an_estimate_of_the_nominal_plant_changes_nothing():
@@ -115,7 +125,7 @@ def test_a_slew_starts_whatever_is_estimated():
     slew = demand(hopeless)
     far = slew.angle > 0.1
     assert np.isfinite(slew.speed).all() and (slew.speed[far] >= LEAST * LIMIT - 1e-12).all()
-    assert np.isfinite(slew.slope).all() and slew.slope.max() <= GAIN
+    assert np.isfinite(slew.deceleration).all() and (slew.braking > 0.0).all()
 
 
 def test_stored_momentum_no_longer_stops_a_slew():

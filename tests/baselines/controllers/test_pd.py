@@ -218,9 +218,9 @@ def test_bad_bandwidth():
 
 
 def test_unknown_baseline_and_count():
-    known = r"baseline must be one of ftac_gym.baselines.names\(\), such as .*, or .module:Class. for .*, got 'lqr'"
+    known = r"baseline must be one of ftac_gym.baselines.names\(\), such as .*, or .module:Class. for .*, got 'lqg'"
     with pytest.raises(ValueError, match=known):
-        baselines.make("lqr", FLAGSHIP)
+        baselines.make("lqg", FLAGSHIP)
     with pytest.raises(ValueError, match="num_spacecraft must be a positive integer, got 0"):
         baselines.make("pd", FLAGSHIP, 0)
 
