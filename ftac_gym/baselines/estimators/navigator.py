@@ -84,7 +84,7 @@ class Navigator:
             self.estimator = PlantEstimator(model, memory)
         self.prediction: DelayPrediction | None = None
         """The prediction, or None."""
-        if gains.prediction and scenario.loop_delay > 0.0:
+        if gains.prediction and (scenario.loop_delay > 0.0 or self.estimator is not None):
             self.prediction = DelayPrediction(scenario, memory, alone=self.estimator is None)
         telemetry = self.estimator is not None and gains.isolation == "telemetry"
         self.information = "telemetry" if telemetry else "attitude"
@@ -108,10 +108,10 @@ class Navigator:
         time, explains = measurement.time, measurement.command_in_effect
         reference, reference_rate = measurement.reference_attitude, measurement.reference_rate
         if self.prediction is not None:
-            attitude, rate = self._ahead(self.prediction, measurement, attitude, rate, summary)
-            time, explains = time + self.prediction.delay, measurement.last_command
+            attitude, rate, delays = self._ahead(self.prediction, measurement, attitude, rate, summary)
+            time, explains = time + delays, measurement.last_command
             if self._moving:
-                delay, acceleration = self.prediction.delay, measurement.reference_acceleration
+                delay, acceleration = delays[:, None], measurement.reference_acceleration
                 turn = delay * (reference_rate + (0.5 * delay) * acceleration)
                 reference = quaternion_product(reference, quaternion_from_rotation_vector(turn))
                 reference_rate = reference_rate + delay * acceleration
@@ -140,15 +140,23 @@ class Navigator:
         attitude: FloatArray,
         rate: FloatArray,
         summary: PlantSummary | None,
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return attitude (N, 4) and rate (N, 3) [rad/s] after the loop delay; carry the summary's momentum on."""
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Predict as :class:`DelayPrediction` does; carry the summary's momentum on."""
         if summary is None or self.estimator is None:
             return prediction.nominal(measurement, attitude, rate)
         if not self._coupled:
             summary.momentum[:] = np.einsum("nij,nj->ni", summary.inertia, rate)
         torque = np.ascontiguousarray(self.estimator.unexplained)
         return prediction.ahead(
-            measurement, attitude, rate, summary.inertia, summary.momentum, torque, summary.response, summary.level
+            measurement,
+            attitude,
+            rate,
+            summary.inertia,
+            summary.momentum,
+            torque,
+            summary.response,
+            summary.level,
+            summary.late,
         )
 
     @property

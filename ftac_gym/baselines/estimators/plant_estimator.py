@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ftac_gym.baselines.components.slew_profile import PlantEstimate
 from ftac_gym.baselines.estimate import FaultEstimate, WheelCondition
@@ -32,6 +33,8 @@ class PlantSummary(NamedTuple):
         (N, 3) torque on the body of the latter, in body axes [N m].
     usable
         (N, m) usable share of each wheel's torque limit.
+    late
+        (N,) delay of the loop beyond the nominal one [control periods].
     """
 
     inertia: FloatArray
@@ -40,6 +43,7 @@ class PlantSummary(NamedTuple):
     level: FloatArray
     missing_torque: FloatArray
     usable: FloatArray
+    late: npt.NDArray[np.int64]
 
 
 class PlantEstimator:
@@ -102,6 +106,7 @@ class PlantEstimator:
             level=np.empty((count, number)),
             missing_torque=np.empty((count, 3)),
             usable=np.empty((count, number)),
+            late=np.empty(count, dtype=np.int64),
         )
         summarise(plant, wheels, self.model, attitude, *result)
         return result

@@ -29,6 +29,7 @@ from ftac_gym.baselines.estimators.wheel_kernel import (
     HEALTHY,
     LOCK,
     LONGEST,
+    LONGEST_LOOP,
     OUTAGE,
     UNKNOWN,
     begin,
@@ -44,6 +45,9 @@ from ftac_gym.utils.compiling import entry_point, merged
 PLANT_STATE = np.dtype(
     [
         ("started", "?"),
+        ("age", "i8"),
+        ("late", "i8"),
+        ("energies", "f8", (LONGEST_LOOP + 1,)),
         ("rate", "f8", (3,)),
         ("missing", "f8", (3,)),
         ("rest", "f8", (3,)),
@@ -54,7 +58,9 @@ PLANT_STATE = np.dtype(
 )
 """State of one spacecraft.
 
-Whether it has started; the rate of the last period [rad/s]; in body axes [N m] the missing torque of the last period,
+Whether it has started; control periods since then; delay of the loop beyond the nominal one [control periods], and the
+squared normalised residuals that each such delay leaves, summed with a weight that fades. The rate of the last period
+[rad/s]; in body axes [N m] the missing torque of the last period,
 its rest without that of faulty wheels, and the rest low-passed. Then inertia (xx, yy, zz, xy, xz, yz) [kg m^2] and
 angular momentum in inertial axes [N m s], with their covariance.
 """
@@ -67,6 +73,12 @@ UNLIKELY = 20.0
 """Squared distance of a learned inertia from the nominal one, in standard deviations, that a fault has caused."""
 LEAD = 20.0
 """Lead of the score of a faulty wheel over all others."""
+FADE, DECISIVE = 0.995, 40.0
+"""Share of the residuals' sums that the next period keeps, and the lead of the delay that takes over."""
+SETTLED = 30
+"""Control periods after the start in which the delay of the loop is found: it is that of computers and buses."""
+YOUNG = 12
+"""Control periods after the start in which no wheel is judged: a late loop would look like faulty wheels."""
 WEAKEST = 0.3
 """Effectiveness below which a wheel is left out, as long as three others remain."""
 MOST = 2
@@ -350,6 +362,52 @@ def judge(state: Any, wheels: Any, model: Any, faulty: int, factor: float) -> bo
 
 
 @merged
+def commanded(wheels: Any, axes: Any, late: int) -> Any:
+    """Return the torque of healthy wheels on the body, a triple [N m], for commands by a delay of the loop."""
+    x, y, z = 0.0, 0.0, 0.0
+    for j in range(len(wheels)):
+        given = wheels[j].past[late]
+        x, y, z = x + given * axes[j, 0], y + given * axes[j, 1], z + given * axes[j, 2]
+    return x, y, z
+
+
+@merged
+def time_loop(state: Any, wheels: Any, axes: Any, torque: Any, inverse: Any) -> bool:
+    """Update the delay of the loop; tell whether it has changed.
+
+    Parameters
+    ----------
+    state, wheels, axes
+        As of :func:`observe`.
+    torque
+        Commanded torque by the present delay, of which the missing torque is the rest [N m].
+    inverse
+        Inverse of the covariance of the missing torque (3, 3).
+    """
+    missing, energies = state.missing, state.energies
+    best = 0
+    for d in range(LONGEST_LOOP + 1):
+        other = commanded(wheels, axes, d)
+        a, b, c = (
+            missing[0] + torque[0] - other[0],
+            missing[1] + torque[1] - other[1],
+            missing[2] + torque[2] - other[2],
+        )
+        x = inverse[0, 0] * a + inverse[0, 1] * b + inverse[0, 2] * c
+        y = inverse[1, 0] * a + inverse[1, 1] * b + inverse[1, 2] * c
+        z = inverse[2, 0] * a + inverse[2, 1] * b + inverse[2, 2] * c
+        energies[d] = FADE * energies[d] + a * x + b * y + c * z
+        if energies[d] < energies[best]:
+            best = d
+    if state.age > SETTLED or best == state.late or energies[best] > energies[state.late] - DECISIVE:
+        return False
+    state.late = best
+    for j in range(len(wheels)):
+        wheels[j].score = 0.0
+    return True
+
+
+@merged
 def remember(state: Any, wheels: Any, axes: Any) -> None:
     """Take what the estimated faults explain off the missing torque, and low-pass the rest."""
     rest, slow = state.rest, state.slow
@@ -379,23 +437,29 @@ def observe(
         last[i] = rate[i]
     regressors, cross, inside, inverse, own = work[0], work[1], work[2], work[3], work[4]
     relate(regressors, change, mean, attitude, model)
-    x, y, z = 0.0, 0.0, 0.0
+    state.age += 1
     for j in range(len(wheels)):
-        past = wheels[j].commands
-        for d in range(LONGEST, 0, -1):
+        past = wheels[j].past
+        for d in range(LONGEST_LOOP + LONGEST, 0, -1):
             past[d] = past[d - 1]
-        given = torque_of(wheels[j], command[j], model)
-        past[0] = given
-        x, y, z = x + given * model.axes[j, 0], y + given * model.axes[j, 1], z + given * model.axes[j, 2]
-    miss(state, regressors, mean, (x, y, z), model.coupled)
-    faulty = spread_of(state, wheels, regressors, (x, y, z), model, cross, inside)
+        past[0] = torque_of(wheels[j], command[j], model)
+    torque = commanded(wheels, model.axes, state.late)
+    miss(state, regressors, mean, torque, model.coupled)
+    faulty = spread_of(state, wheels, regressors, torque, model, cross, inside)
     symmetric_inverse(inside, inverse)
+    if time_loop(state, wheels, model.axes, torque, inverse):
+        torque = commanded(wheels, model.axes, state.late)
+        miss(state, regressors, mean, torque, model.coupled)
+    for j in range(len(wheels)):
+        wheel = wheels[j]
+        for d in range(LONGEST + 1):
+            wheel.commands[d] = wheel.past[state.late + d]
     square, missing = 0.0, state.missing
     for i in range(3):
         for k in range(3):
             square += missing[i] * inverse[i, k] * missing[k]
     factor = separate(state, wheels, model, inside, inverse, momentum, before, own)
-    suspected = judge(state, wheels, model, faulty, factor)
+    suspected = state.age > YOUNG and judge(state, wheels, model, faulty, factor)
     moves = change[0] * change[0] + change[1] * change[1] + change[2] * change[2] >= model.excitation
     if moves and square <= OUTLIER and not suspected:
         learn(state, cross, inverse)
@@ -440,6 +504,7 @@ def summarise(
     level: Any,
     missing: Any,
     usable: Any,
+    late: Any,
 ) -> None:
     """Write what the states of N spacecraft say, for controllers and prediction.
 
@@ -449,11 +514,12 @@ def summarise(
         As of :func:`estimate_plant`.
     attitude
         (N, 4) quaternions, in whose body axes the momentum is.
-    inertia, momentum, response, level, missing, usable
+    inertia, momentum, response, level, missing, usable, late
         The arrays of :class:`~ftac_gym.baselines.estimators.plant_estimator.PlantSummary`, written to.
     """
     for i in range(len(state)):
         parameters = state[i].parameters
+        late[i] = state[i].late
         entries = inertia[i]
         entries[0, 0], entries[1, 1], entries[2, 2] = parameters[0], parameters[1], parameters[2]
         entries[0, 1], entries[0, 2], entries[1, 2] = parameters[3], parameters[4], parameters[5]

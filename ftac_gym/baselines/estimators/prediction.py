@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from ftac_gym.attitude import cross
 from ftac_gym.baselines.estimators.plant_kernel import SMOOTH
 from ftac_gym.baselines.estimators.prediction_kernel import predict
+from ftac_gym.baselines.estimators.wheel_kernel import LONGEST_LOOP
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
@@ -33,22 +35,21 @@ class DelayPrediction:
         self._memory = memory
         wheels = scenario.spacecraft.wheels
         self._axes = np.ascontiguousarray(wheels.axis_matrix.T)
-        whole, part = divmod(scenario.delay_steps, scenario.substeps)
-        spans = [part * scenario.physics_step] * bool(part) + [scenario.control_period] * whole
-        self._spans = np.array(spans)
-        self.delay = scenario.loop_delay
-        """The nominal loop delay [s]."""
+        self._whole, part = divmod(scenario.delay_steps, scenario.substeps)
+        self._first = part * scenario.physics_step
+        self._nominal = scenario.loop_delay
         self._inertia, self._period = scenario.spacecraft.inertia_matrix, scenario.control_period
         # Without an estimate of the stored momentum, its half that the body has is left out too.
         self._ideal = not wheels.momentum_coupling
-        memory.add("commands_on_their_way", (len(spans), wheels.count))
+        length = self._whole + bool(part) + (0 if alone else LONGEST_LOOP)
+        memory.add("commands_on_their_way", (length, wheels.count))
         if alone:
             memory.add("predicted_from", (3,), initial=np.nan)
             memory.add("unexplained_torque", (3,))
 
     def nominal(
         self, measurement: Measurement, attitude: FloatArray, rate: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Take in a measurement, and predict by the nominal spacecraft and the torque that it leaves unexplained.
 
         Without that torque the prediction is wrong by a constant under a constant disturbance.
@@ -71,7 +72,9 @@ class DelayPrediction:
         torque = torque + SMOOTH * np.where(np.isnan(residual), 0.0, residual - torque)
         memory["predicted_from"], memory["unexplained_torque"] = rate, torque
         inertia = np.repeat(self._inertia[None], len(rate), axis=0)
-        return self.ahead(measurement, attitude, rate, inertia, momentum, torque)
+        count, wheels = measurement.last_command.shape
+        none, one, zero = np.zeros(count, dtype=np.int64), np.ones((count, wheels)), np.zeros((count, wheels))
+        return self.ahead(measurement, attitude, rate, inertia, momentum, torque, one, zero, none)
 
     def ahead(
         self,
@@ -81,10 +84,11 @@ class DelayPrediction:
         inertia: FloatArray,
         momentum: FloatArray,
         torque: FloatArray,
-        response: FloatArray | float = 1.0,
-        level: FloatArray | float = 0.0,
-    ) -> tuple[FloatArray, FloatArray]:
-        """Take in a measurement; return attitude (N, 4) and rate (N, 3) [rad/s] after the loop delay.
+        response: FloatArray,
+        level: FloatArray,
+        late: npt.NDArray[np.int64],
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Take in a measurement, and predict attitude and rate.
 
         The momentum is carried on in place, since its body axes turn.
 
@@ -102,12 +106,22 @@ class DelayPrediction:
             (N, 3) torque on the body besides that of the wheels, in body axes [N m].
         response, level
             (N, m) torque of each wheel over its command, and besides it [N m].
+        late
+            (N,) delay of the loop beyond the nominal one [control periods].
+
+        Returns
+        -------
+        Attitude (N, 4) and rate (N, 3) [rad/s] after the loop delay, and that delay (N,) [s].
         """
         queue = measurement.last_command[:, None]
-        if len(self._spans) > 1:
-            queue = np.concatenate([self._memory["commands_on_their_way"][:, 1:], queue], axis=1)
+        before = self._memory["commands_on_their_way"]
+        if before.shape[1] > 1:
+            queue = np.concatenate([before[:, 1:], queue], axis=1)
         self._memory["commands_on_their_way"] = queue
-        given = np.ascontiguousarray(queue.transpose(1, 0, 2) * response + level)
         attitude, rate = np.array(attitude), np.array(rate)
-        predict(attitude, rate, inertia, momentum, torque, given, self._axes, self._spans)
-        return attitude, rate
+        predict(
+            attitude, rate, inertia, momentum, torque, np.ascontiguousarray(queue), response, level, late,
+            self._axes, self._first, self._period, self._whole,
+        )  # fmt: skip
+        delay: FloatArray = self._nominal + self._period * late.astype(np.float64)
+        return attitude, rate, delay

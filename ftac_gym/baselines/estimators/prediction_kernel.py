@@ -15,7 +15,19 @@ from ftac_gym.utils.compiling import entry_point
 
 @entry_point(algebra, attitude_kernel)
 def predict(
-    attitude: Any, rate: Any, inertia: Any, momentum: Any, torque: Any, commands: Any, axes: Any, spans: Any
+    attitude: Any,
+    rate: Any,
+    inertia: Any,
+    momentum: Any,
+    torque: Any,
+    commands: Any,
+    response: Any,
+    level: Any,
+    late: Any,
+    axes: Any,
+    first: float,
+    period: float,
+    whole: int,
 ) -> None:
     """Carry attitude, rate and momentum of N spacecraft over the loop delay, in place.
 
@@ -33,13 +45,21 @@ def predict(
     momentum
         (N, 3) total angular momentum in body axes [N m s].
     torque
-        (N, 3) torque d beyond the commands, in body axes [N m].
+        (N, 3) torque d beyond that of the wheels, in body axes [N m].
     commands
-        (P, N, m) commands in effect one after the other [N m].
+        (N, Q, m) commands given up to now, the last one last [N m].
+    response, level
+        (N, m) torque of each wheel over its command, and besides it [N m].
+    late
+        (N,) delay of the loop beyond the nominal one [control periods].
     axes
         (m, 3) wheel axes.
-    spans
-        (P,) time that each is in effect [s].
+    first
+        Time that the oldest command on its way is still in effect [s]; zero where the delay is of whole periods.
+    period
+        Control period [s].
+    whole
+        Whole control periods of the nominal delay.
     """
     inverse = np.zeros((3, 3))
     for i in range(len(attitude)):
@@ -47,11 +67,14 @@ def predict(
         q = (attitude[i, 0], attitude[i, 1], attitude[i, 2], attitude[i, 3])
         w = (rate[i, 0], rate[i, 1], rate[i, 2])
         stored = (momentum[i, 0], momentum[i, 1], momentum[i, 2])
-        for p in range(len(spans)):
-            span = spans[p]
+        split = 1 if first > 0.0 else 0
+        spans = split + whole + late[i]
+        for p in range(spans):
+            span = first if p < split else period
+            oldest = commands.shape[1] - spans
             x, y, z = torque[i, 0], torque[i, 1], torque[i, 2]
             for j in range(axes.shape[0]):
-                given = commands[p, i, j]
+                given = response[i, j] * commands[i, oldest + p, j] + level[i, j]
                 x, y, z = x + given * axes[j, 0], y + given * axes[j, 1], z + given * axes[j, 2]
             middle = w
             for _ in range(2):
@@ -66,10 +89,10 @@ def predict(
                     span * (inverse[2, 0] * a + inverse[2, 1] * b + inverse[2, 2] * c),
                 )
                 middle = (w[0] + 0.5 * gain[0], w[1] + 0.5 * gain[1], w[2] + 0.5 * gain[2])
-            whole = rotation((span * middle[0], span * middle[1], span * middle[2]))
-            change = rotation_change(whole[0], (whole[1], whole[2], whole[3]), stored)
+            turn = rotation((span * middle[0], span * middle[1], span * middle[2]))
+            change = rotation_change(turn[0], (turn[1], turn[2], turn[3]), stored)
             stored = (stored[0] + change[0], stored[1] + change[1], stored[2] + change[2])
-            q = quaternion_product(q, whole)
+            q = quaternion_product(q, turn)
             w = (w[0] + gain[0], w[1] + gain[1], w[2] + gain[2])
         q = unit(q)
         momentum[i, 0], momentum[i, 1], momentum[i, 2] = stored

@@ -25,6 +25,9 @@ from ftac_gym.utils.compiling import merged
 LONGEST = 5
 """Longest delay of a wheel that is told from other faults [control periods]."""
 
+LONGEST_LOOP = 4
+"""Longest delay of the whole loop beyond the nominal one that is found [control periods]."""
+
 HEALTHY, EFFECTIVENESS, BIAS, LOCK = (
     int(WheelCondition.HEALTHY), int(WheelCondition.EFFECTIVENESS), int(WheelCondition.BIAS), int(WheelCondition.LOCK)
 )  # fmt: skip
@@ -44,6 +47,7 @@ WHEEL_STATE = np.dtype(
         ("effectiveness", "f8"),
         ("slow_excess", "f8"),
         ("slow_command", "f8"),
+        ("past", "f8", (LONGEST_LOOP + LONGEST + 1,)),
         ("commands", "f8", (LONGEST + 1,)),
         ("sums", "f8", (4,)),
         ("late", "f8", (LONGEST, 2)),
@@ -55,7 +59,8 @@ Its condition, a :class:`~ftac_gym.baselines.estimate.WheelCondition`; delay of 
 periods until its level may jump back, with the sign of its last jump; score of the test for a fault; running mean of
 the score's increments; torque at the end of the last period by the model [N m]; information on the excess torque,
 1 / variance [1/(N m)^2]; the excess torque of the last period [N m]; the constant c; the effectiveness; slow parts of
-excess and command [N m]; torques that healthy wheels give for the latest commands [N m].
+excess and command [N m]; torques that healthy wheels give for the latest commands by the nominal delay of the loop, and
+by the delay that is found [N m].
 
 The sums are over the control periods since the fault was found, with a weight that fades: number of periods, and g^2,
 u^2 and g u of the quick parts. For each delay there are g v and v^2 of the change v that it makes. All but the number
