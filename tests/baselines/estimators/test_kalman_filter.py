@@ -149,7 +149,7 @@ def test_late_samples_give_what_a_delayed_standard_filter_gives(every, late):
     true = np.append(0.0, np.cumsum(0.05 * (rate[1:] + rate[:-1])))
     carried = np.append(0.0, np.cumsum(0.05 * (measured[1:] + measured[:-1])))
     sampled = true + model.cross_variance**0.5 * random.normal(size=steps)
-    # The standard filter, which knows each sample at once.
+    # The standard filter, which gets each sample at once.
     mean, covariance = np.array([sampled[0], 0.0]), np.diag([model.cross_variance * 2.0, model.bias_start])
     means, covariances = [mean], [covariance]
     for k in range(1, steps):
