@@ -384,6 +384,8 @@ def time_loop(state: Any, wheels: Any, axes: Any, torque: Any, inverse: Any) -> 
     inverse
         Inverse of the covariance of the missing torque (3, 3).
     """
+    if state.age > SETTLED:
+        return False
     missing, energies = state.missing, state.energies
     best = 0
     for d in range(LONGEST_LOOP + 1):
@@ -399,7 +401,7 @@ def time_loop(state: Any, wheels: Any, axes: Any, torque: Any, inverse: Any) -> 
         energies[d] = FADE * energies[d] + a * x + b * y + c * z
         if energies[d] < energies[best]:
             best = d
-    if state.age > SETTLED or best == state.late or energies[best] > energies[state.late] - DECISIVE:
+    if best == state.late or energies[best] > energies[state.late] - DECISIVE:
         return False
     state.late = best
     for j in range(len(wheels)):
