@@ -74,6 +74,19 @@ _PUBLISHED: dict[str, Any] = {"design": "published", "torque_bound": 2.0}
 ENTRIES: dict[str, Entry] = {
     "pd": Entry(PD),
     "pd_dob": Entry(PDDisturbanceObserver),
+    # Gentle: a wheel that locks keeps little torque. Chosen by success on the validation lists of the flagship family.
+    "pd_dob_robust": Entry(
+        PDDisturbanceObserver,
+        {
+            "rate_gain": 1.9,
+            "position_gain": 1.138,
+            "bandwidth": 0.1606,
+            "calm_share": 0.6,
+            "rate_limit": 0.68,
+            "torque_share": 0.45,
+            "braking_share": 0.45,
+        },
+    ),
     "lqr": Entry(LQR),
     "indi": Entry(INDI),
     "super_twisting": Entry(SuperTwisting),
