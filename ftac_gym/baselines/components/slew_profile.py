@@ -122,7 +122,7 @@ class SlewProfile:
         position_gain: float | FloatArray,
         rate_limit: float | FloatArray,
         braking_share: float | FloatArray,
-        momentum_share: float | FloatArray = 0.7,
+        momentum_share: float | FloatArray = 0.92,
         plant: PlantEstimate | None = None,
         calm_angle: float = 0.0,
         calm_speed: float = 0.0,

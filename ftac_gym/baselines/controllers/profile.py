@@ -34,9 +34,12 @@ class ProfileGains(AttitudeFilterGains):
         1.449, "Largest commanded slew rate", SPEED, positive, Range(0.4, 2.6), schedule=(0.7, 2.6)
     )
     momentum_share: float = parameter(
-        0.7,
+        0.92,
         "Share of the torque that the gyroscopic torque of the stored momentum may take, where that is estimated",
         rule=interval(0.0, 1.0),
+    )
+    plant_braking: bool = parameter(
+        True, "Whether braking and rate limit follow the estimated plant, not the nominal one", rule=flag
     )
     calm_share: float = parameter(
         0.5,
@@ -80,9 +83,8 @@ class ProfileController(ScaledController, DirectController):
         # A law that lags behind the profile is calm by its own error: the profile's angle is not the true one.
         calm = gains.calm_share * self.scenario.success.angle if stiffness is None else 0.0
         limits = gains.rate_limit, gains.braking_share, gains.momentum_share
-        return self._profile(
-            error, position_gain, *limits, self.plant, calm, 0.5 * self.scenario.success.rate, stiffness
-        )
+        plant = self.plant if gains.plant_braking else None
+        return self._profile(error, position_gain, *limits, plant, calm, 0.5 * self.scenario.success.rate, stiffness)
 
     def _torque(self, acceleration: FloatArray) -> FloatArray:
         """Return the inertia times accelerations (N, 3) [rad/s^2], (N, 3) [N m]."""

@@ -142,3 +142,18 @@ def test_stored_momentum_no_longer_stops_a_slew():
             simulator.step(pd.act(simulator.measurement()))
         final.append(np.degrees(angle_between(simulator.state.attitude, simulator.reference_attitude)))
     assert (final[0] < 0.1).mean() < 0.5 and (final[1] < 0.1).mean() > 0.9
+
+
+def test_far_slews_with_stored_momentum_end_in_time():
+    """The gyroscopic torque may take most of the torque: with 0.7 of it, few end before the window of success."""
+    start = InitialState(angle=(2.6, 3.1), wheel_momentum=(4.0, 6.0))
+    scenario = FLAGSHIP.replace(faults=None, initial_state=start)
+    within = []
+    for gains in ({"momentum_share": 0.7}, {}):
+        simulator, pd = Simulator(scenario, 32), baselines.make("pd_dob", scenario, 32, **gains)
+        simulator.reset(scenario.draw(1, 32))
+        for _ in range(1000):
+            simulator.step(pd.act(simulator.measurement()))
+        final = np.degrees(angle_between(simulator.state.attitude, simulator.reference_attitude))
+        within.append((final < scenario.success.angle * 180.0 / np.pi).mean())
+    assert within[1] > 0.7 and within[1] > within[0] + 0.3, within

@@ -112,6 +112,23 @@ def test_an_estimate_of_the_plant_is_used(name):
     np.testing.assert_allclose(commands[2], 0.5 * commands[0], rtol=1e-9)
 
 
+@every
+def test_braking_by_the_nominal_plant_leaves_the_estimates_out(name):
+    """The demanded motion is that of no estimate, the torque that of half the inertia."""
+    inertia, count = FLAGSHIP.spacecraft.inertia_matrix, 4
+    error = np.tile(np.array([np.cos(0.5), *(np.sin(0.5) * np.array([0.6, 0.0, 0.8]))]), (count, 1))
+    plant = PlantEstimate(np.tile(inertia / 2, (count, 1, 1)), np.tile([0.0, 10.0, 0.0], (count, 1)))
+    speeds, torques = [], []
+    for follows, estimate in ((False, plant), (False, None), (True, plant)):
+        law = baselines.make(name, CALM, count, plant_braking=follows)
+        law._navigator, law.plant = None, estimate
+        speeds.append(law._slew(error, 1.0).speed)
+        torques.append(law._torque(np.ones((count, 3))))
+    np.testing.assert_array_equal(speeds[0], speeds[1])
+    assert (speeds[2] < 0.9 * speeds[1]).all()
+    np.testing.assert_allclose(torques[0], 0.5 * torques[1])
+
+
 @pytest.mark.parametrize("name", ["lqr", "indi"])
 def test_what_isolation_explains_is_compensated_once(name):
     """The observer learns the residual of the estimator alone; without one, all that commands do not explain."""
