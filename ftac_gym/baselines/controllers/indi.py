@@ -19,10 +19,11 @@ from ftac_gym.utils.parameters import FloatArray, positive
 class INDIGains(PDGains):
     """Gains of :class:`INDI`."""
 
-    braking_share: float = changed(PDGains, "braking_share", 0.65)
-    position_gain: float = changed(PDGains, "position_gain", 0.6)
+    braking_share: float = changed(PDGains, "braking_share", 0.85)
+    rate_gain: float = changed(PDGains, "rate_gain", 1.6)
+    position_gain: float = changed(PDGains, "position_gain", 0.75)
     filter_bandwidth: float = parameter(
-        0.12, "Bandwidth of each stage of the filter", PER_LOOP, positive, Range(0.04, 2.0, log=True), (0.04, 2.0)
+        0.25, "Bandwidth of each stage of the filter", PER_LOOP, positive, Range(0.04, 2.0, log=True), (0.04, 2.0)
     )
 
 
@@ -38,9 +39,10 @@ class INDI(PD):
     filter of two equal stages. Torque and acceleration pass the same filter and stay synchronous: it delays the
     correction, not the inversion (Smeur, Chu and de Croon 2016; for spacecraft Acquatella et al. 2012).
 
-    Faults and external torque enter by the measured acceleration alone. Of the model, the increment needs J and D. u0
-    is a command within the limits of the wheels, so that nothing winds up in saturation. The effectiveness of the
-    wheels is not adapted: a wrong one changes the size of an increment, not the torque in balance.
+    Where faulty wheels are isolated, the model of the motion is that of the estimators, and the allocation takes the
+    torque of these wheels off. All other torque enters by the measured acceleration alone. Of the model, the increment
+    needs J and D. u0 is a command within the limits of the wheels, so that nothing winds up in saturation. The
+    effectiveness of the wheels is not adapted: a wrong one changes the size of an increment, not the torque in balance.
 
     Raises
     ------

@@ -22,11 +22,11 @@ from ftac_gym.utils.parameters import FloatArray, positive
 class LQRGains(ProfileGains):
     """Gains of :class:`LQR`."""
 
-    braking_share: float = changed(ProfileGains, "braking_share", 0.65)
-    angle_weight: float = parameter(0.4, "p, of the error angle", "", positive, Range(0.003, 2.0, log=True))
-    rate_weight: float = parameter(1.2, "d, of the rate error", "", positive, Range(0.02, 5.0, log=True))
+    braking_share: float = changed(ProfileGains, "braking_share", 0.85)
+    angle_weight: float = parameter(3.0, "p, of the error angle", "", positive, Range(0.01, 20.0, log=True))
+    rate_weight: float = parameter(6.0, "d, of the rate error", "", positive, Range(0.05, 20.0, log=True))
     bandwidth: float = parameter(
-        0.05, "Bandwidth of the observer", PER_LOOP, positive, Range(0.02, 1.0, log=True), (0.02, 1.0)
+        0.12, "Bandwidth of the observer", PER_LOOP, positive, Range(0.02, 1.0, log=True), (0.02, 1.0)
     )
 
 
@@ -53,6 +53,12 @@ class LQR(ProfileController):
     and poles are those of the regulator; beyond, the motion in balance is w_e = -s n. A limit of the error, instead of
     gains that change, keeps the damping along the whole slew. Wie, Bailey and Heiberg 2002 limit the error in the same
     way, without a feed-forward of the deceleration.
+
+    Close to the target the pull is also limited, so that the way back from a disturbance stays on target::
+
+        pull <= k2 v_c + k1 max(theta - theta_c, 0)
+
+    theta_c is a share of the success cone, v_c half of the largest rate of success.
 
     Raises
     ------
@@ -86,6 +92,7 @@ class LQR(ProfileController):
         slew = self._slew(motion.error, self._stiffness / self._damping, self._stiffness)
         pull = np.minimum(self._stiffness * slew.angle, self._damping * slew.speed - slew.deceleration)
         if own.calm_share > 0.0:
+            # The profile is asked at a shifted angle, where its own calm rate has no meaning.
             success = self.scenario.success
             beyond = np.maximum(slew.angle - own.calm_share * success.angle, 0.0)
             pull = np.minimum(pull, self._damping * (0.5 * success.rate) + self._stiffness * beyond)

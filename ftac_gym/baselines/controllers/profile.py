@@ -80,7 +80,7 @@ class ProfileController(ScaledController, DirectController):
     ) -> SlewDemand:
         """Return the demanded motion for errors (N, 4), a slope near the target [1/s] and a stiffness [1/s^2]."""
         gains: ProfileGains = self.scheduled
-        # A law that lags behind the profile is calm by its own error: the profile's angle is not the true one.
+        # A law that lags behind the profile asks at a shifted angle, and is calm by itself.
         calm = gains.calm_share * self.scenario.success.angle if stiffness is None else 0.0
         limits = gains.rate_limit, gains.braking_share, gains.momentum_share
         plant = self.plant if gains.plant_braking else None

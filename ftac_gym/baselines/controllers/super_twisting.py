@@ -21,9 +21,11 @@ RATE = Unit("A L", "rad/s", acceleration=1, loop_time=1)
 class SuperTwistingGains(ProfileGains):
     """Gains of :class:`SuperTwisting`."""
 
-    braking_share: float = changed(ProfileGains, "braking_share", 0.68)
-    position_gain: float = parameter(0.45, "c", PER_LOOP, positive, Range(0.1, 1.0), (0.1, 1.0))
-    step: float = parameter(0.8, "Step h of the implicit law", LOOPS, positive, Range(0.6, 4.0, log=True), (0.6, 4.0))
+    braking_share: float = changed(ProfileGains, "braking_share", 0.84)
+    position_gain: float = parameter(0.65, "c", PER_LOOP, positive, Range(0.1, 1.2), (0.1, 1.2))
+    step: float = parameter(
+        0.55, "Step h of the implicit law", LOOPS, positive, Range(0.42, 4.0, log=True), (0.42, 4.0)
+    )
     integral_step: float = parameter(
         10.0, "Step h_v of its integral", LOOPS, positive, Range(4.0, 60.0, log=True), (4.0, 60.0)
     )

@@ -172,7 +172,7 @@ def test_at_rest_on_target_nothing_is_commanded(name):
         ("lqr", {"angle_weight": 0.0}, r"angle_weight must be positive, got 0\.0"),
         ("lqr", {"rate_weight": -1.0}, r"rate_weight must be positive, got -1\.0"),
         ("indi", {"filter_bandwidth": 0.0}, r"filter_bandwidth must be positive, got 0\.0"),
-        ("indi", {"position_gain": 3.0}, r"position_gain must be below rate_gain = 1\.2"),
+        ("indi", {"position_gain": 3.0}, r"position_gain must be below rate_gain = 1\.6"),
         ("super_twisting", {"step": np.nan}, "step must be finite, got nan"),
         ("super_twisting", {"largest_gain": 1.0}, r"largest_gain must be above least_gain = 4\.0, got 1\.0"),
     ],
