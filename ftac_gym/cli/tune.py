@@ -56,6 +56,8 @@ class Config:
     """Seed of those episodes."""
     sampler_seed: int = 0
     """Seed of CMA-ES."""
+    first: Literal["default", "tuned"] = "default"
+    """Gains of the first trial. With those that the package has tuned the search begins there, else in the middle."""
     workers: int = 2
     """Processes; they do not change the result."""
     folder: Path | None = None
@@ -76,7 +78,9 @@ def search_of(config: Config) -> Search:
     for name in ("trials", "workers"):
         require(getattr(config, name) > 0, name, "must be positive", getattr(config, name))
     scenario = scenario_of(config.scenario)
-    return Search(config.baseline, scenario, config.episodes, config.seed, config.sampler_seed, config.objective)
+    return Search(
+        config.baseline, scenario, config.episodes, config.seed, config.sampler_seed, config.objective, config.first
+    )
 
 
 def folder_of(config: Config) -> Path:

@@ -102,7 +102,8 @@ def _tune(
 ) -> Result:
     study, size, dimensions = Study(search, folder), search.population, len(search.space)
     bounds = np.tile([0.0, 1.0], (dimensions, 1))
-    optimizer = CMA(np.full(dimensions, 0.5), SPREAD, bounds, seed=search.sampler_seed, population_size=size)
+    middle = np.full(dimensions, 0.5) if search.first == "default" else search.shares_at(search.start())
+    optimizer = CMA(middle, SPREAD, bounds, seed=search.sampler_seed, population_size=size)
 
     def report() -> None:
         if progress is not None:

@@ -49,6 +49,9 @@ class Search:
         Seed of CMA-ES.
     objective
         One of :data:`OBJECTIVES`, whose mean over the episodes is the value of gains.
+    first
+        Gains of the first trial: ``"default"`` or ``"tuned"``. The search begins in the middle of all ranges, or at the
+        tuned gains.
 
     Raises
     ------
@@ -63,10 +66,12 @@ class Search:
     seed: int = 800_000
     sampler_seed: int = 0
     objective: str = "availability"
+    first: str = "default"
 
     def __post_init__(self) -> None:
         """Check the fields."""
         require(self.objective in OBJECTIVES, "objective", f"must be one of {list(OBJECTIVES)}", self.objective)
+        require(self.first in baselines.GAINS, "first", f"must be one of {list(baselines.GAINS)}", self.first)
         require(len(self.space) > 1, "baseline", "must have at least two gains to search", self.baseline)
         baselines.build(self.baseline, self.scenario)
         whole(self.episodes, 1, "episodes")
@@ -115,10 +120,21 @@ class Search:
             point[name] = item.low * (item.high / item.low) ** share if item.log else linear
         return point
 
+    def shares_at(self, point: Mapping[str, float]) -> FloatArray:
+        """Return the shares (k,) of its ranges at which a point of the space lies: the inverse of :meth:`point_at`."""
+        shares = []
+        for name, item in self.space.items():
+            value = point[name]
+            ratio = math.log(value / item.low) / math.log(item.high / item.low) if item.log else math.nan
+            shares.append(ratio if item.log else (value - item.low) / (item.high - item.low))
+        return np.array(shares)
+
     def start(self) -> dict[str, float]:
-        """Return the baseline's own gains as a point; a gain outside its range, or without a default, in the middle."""
+        """Return the first gains as a point; a gain outside its range, or without a value, in the middle."""
         point = self.point_at(np.full(len(self.space), 0.5))
-        known = baselines.baseline_class(self.baseline).point_of(baselines.defaults(self.baseline))
+        known = baselines.baseline_class(self.baseline).point_of(
+            {**baselines.defaults(self.baseline), **baselines.chosen(self.baseline, self.first, {})}
+        )
         inside = {name for name, item in self.space.items() if item.low <= known.get(name, math.nan) <= item.high}
         return {name: known[name] if name in inside else middle for name, middle in point.items()}
 

@@ -5,10 +5,11 @@ import json
 import math
 import os
 
+import numpy as np
 import pytest
 from helpers.tuning_cases import SEARCH, TINY, judge, register
 
-from ftac_gym import baselines
+from ftac_gym import baselines, scenarios
 from ftac_gym.baselines import Range
 from ftac_gym.baselines.controllers.pd import PDDisturbanceObserver
 from ftac_gym.evaluation import tuning
@@ -177,3 +178,13 @@ def test_numbers_are_checked(name, value, tmp_path):
     with pytest.raises(ValueError, match=f"{name} must be a whole number, 1 or more, got {value!r}"):
         tune(SEARCH, tmp_path / "new", **{"trials": 3, name: value})
     assert not (tmp_path / "new").exists()
+
+
+def test_a_search_that_begins_at_the_tuned_gains_is_never_worse(tmp_path):
+    search = Search("pd_dob", scenarios.get("flagship").replace(duration=20.0), episodes=4, first="tuned")
+    point = search.start()
+    np.testing.assert_allclose(list(search.point_at(search.shares_at(point)).values()), list(point.values()))
+    flown = tune(search, tmp_path, 3)
+    assert flown.value >= value_of(search, baselines.chosen("pd_dob", "tuned", {}))
+    with pytest.raises(ValueError, match=r"first must be one of \['default', 'tuned'\], got 'best'"):
+        Search("pd_dob", scenarios.get("flagship"), first="best")
