@@ -101,7 +101,7 @@ def test_torques_are_drawn_axis_by_axis(history, estimated):
     for axis, panel in enumerate(figure.axes):
         first, second, truth = (line.get_ydata() for line in panel.lines[:3])
         np.testing.assert_array_equal(first, estimated.unexplained[:, 0, axis])
-        np.testing.assert_array_equal(second, other.disturbance[:, 0, axis])
+        np.testing.assert_array_equal(second, other.unexplained[:, 0, axis])
         np.testing.assert_array_equal(truth, unexplained_torque(history)[:, axis])
 
 
