@@ -49,7 +49,7 @@ WHEEL_STATE = np.dtype(
         ("slow_command", "f8"),
         ("past", "f8", (LONGEST_LOOP + LONGEST + 1,)),
         ("commands", "f8", (LONGEST + 1,)),
-        ("sums", "f8", (4,)),
+        ("sums", "f8", (5,)),
         ("late", "f8", (LONGEST, 2)),
     ]
 )
@@ -62,12 +62,12 @@ the score's increments; torque at the end of the last period by the model [N m];
 excess and command [N m]; torques that healthy wheels give for the latest commands by the nominal delay of the loop, and
 by the delay that is found [N m].
 
-The sums are over the control periods since the fault was found, with a weight that fades: number of periods, and g^2,
-u^2 and g u of the quick parts. For each delay there are g v and v^2 of the change v that it makes. All but the number
-are in units of variance.
+The sums are over the control periods since the fault was found, with a weight that fades. They are the number of
+periods, g^2, u^2 and g u of the quick parts, and g^2 of the whole. For each delay there are g v and v^2 of the change v
+that it makes, of the whole too. All but the number are in units of variance.
 """
 
-SLOW, KEEP = 0.25, 0.99
+SLOW, KEEP = 0.5, 0.99
 """Gain of the slow parts of excess and command, and the share of the sums that the next period keeps."""
 CALM, RECOVERED = 0.02, 1.5
 """Gain of the running mean of a score's increments, and the mean below which a wheel has recovered."""
@@ -79,6 +79,8 @@ HOLD = 10
 """Control periods after a jump of the level in which it does not jump back."""
 CONSTANT = 0.05
 """Share of the torque limit from which a constant torque counts."""
+LEAST_LOSS = 0.1
+"""Least loss of effectiveness that is told from a bias."""
 JUMP = 25.0
 """Squared change in units of variance that is none of noise."""
 
@@ -114,7 +116,7 @@ def explained(wheel: Any) -> float:
 def begin(wheel: Any) -> None:
     """Forget what tells the kinds of faults of a wheel apart."""
     wheel.slow_excess, wheel.slow_command = wheel.excess, wheel.commands[0]
-    for k in range(4):
+    for k in range(5):
         wheel.sums[k] = 0.0
     for d in range(LONGEST):
         wheel.late[d, 0], wheel.late[d, 1] = 0.0, 0.0
@@ -135,9 +137,11 @@ def gather(wheel: Any) -> None:
     sums[1] = KEEP * sums[1] + information * quick * quick
     sums[2] = KEEP * sums[2] + information * turn * turn
     sums[3] = KEEP * sums[3] + information * quick * turn
+    sums[4] = KEEP * sums[4] + information * excess * excess
     for d in range(LONGEST):
+        # A change has no constant part to be left out.
         change = wheel.commands[d + 1] - given
-        late[d, 0] = KEEP * late[d, 0] + information * quick * change
+        late[d, 0] = KEEP * late[d, 0] + information * excess * change
         late[d, 1] = KEEP * late[d, 1] + information * change * change
 
 
@@ -167,7 +171,8 @@ def classify(wheel: Any, margin: float, limit: float) -> None:
         best, second, kind = value, best, OUTAGE
     else:
         second = value
-    # With nearly nothing left the wheel is as good as out.
+    # With nearly nothing left the wheel is as good as out, and with nearly all it has no loss that can be told.
+    share = max(share, LEAST_LOSS)
     if share < 0.9:
         value = math.log(count + gg + 2.0 * share * gu + share * share * uu) + penalty
         if value < best:
@@ -175,7 +180,7 @@ def classify(wheel: Any, margin: float, limit: float) -> None:
         else:
             second = min(second, value)
     for d in range(LONGEST):
-        value = math.log(count + gg - 2.0 * wheel.late[d, 0] + wheel.late[d, 1]) + penalty
+        value = math.log(count + max(wheel.sums[4] - 2.0 * wheel.late[d, 0] + wheel.late[d, 1], 0.0)) + penalty
         if value < best:
             # Neighbouring delays are the same kind.
             best, second, kind, delay = value, second if kind == DELAY else best, DELAY, d + 1
@@ -186,7 +191,9 @@ def classify(wheel: Any, margin: float, limit: float) -> None:
         if wheel.kind == EFFECTIVENESS and abs(mismatch) > CONSTANT * limit:
             wheel.kind, wheel.effectiveness, wheel.level = BIAS, 1.0, wheel.slow_excess
         return
-    if kind == OUTAGE and (wheel.kind == LOCK or abs(wheel.slow_excess + wheel.slow_command) > CONSTANT * limit):
+    # A wheel that is locked without torque is out.
+    locked = wheel.kind == LOCK and abs(wheel.level) > CONSTANT * limit
+    if kind == OUTAGE and (locked or abs(wheel.slow_excess + wheel.slow_command) > CONSTANT * limit):
         kind = LOCK
     # A reduced effectiveness explains the slow part too.
     if kind == EFFECTIVENESS and abs(wheel.slow_excess + share * wheel.slow_command) > CONSTANT * limit:
