@@ -45,7 +45,7 @@ class Memory:
         return name in self._arrays
 
     def __getitem__(self, name: str) -> npt.NDArray[Any]:
-        """Return an array; it must not be written to in place."""
+        """Return an array; only one of records may be written to in place."""
         return self._arrays[name]
 
     def __setitem__(self, name: str, array: npt.NDArray[Any]) -> None:
@@ -57,8 +57,8 @@ class Memory:
         self.restore(self._initial, mask)
 
     def copy(self) -> dict[str, npt.NDArray[Any]]:
-        """Return the present arrays."""
-        return dict(self._arrays)
+        """Return the present arrays, with copies of those of records, which are written to in place."""
+        return {name: array.copy() if array.dtype.names else array for name, array in self._arrays.items()}
 
     def restore(self, arrays: dict[str, npt.NDArray[Any]], mask: BoolArray) -> None:
         """Set the rows of the spacecraft in the mask (N,) to those of ``arrays``."""

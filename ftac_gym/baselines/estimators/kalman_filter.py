@@ -36,7 +36,7 @@ class AttitudeKalmanFilter:
 
     def update(self, measurement: Measurement) -> tuple[FloatArray, FloatArray]:
         """Take in a measurement; return attitude (N, 4) and rate without bias (N, 3) [rad/s]."""
-        state = self._memory["attitude_filter"].copy()
+        state = self._memory["attitude_filter"]
         filter_attitude(
             state,
             self.model,
@@ -45,23 +45,22 @@ class AttitudeKalmanFilter:
             measurement.attitude_age,
             measurement.rate,
         )
-        self._memory["attitude_filter"] = state
-        return state["attitude"], measurement.rate - state["bias"]
+        return state["attitude"].copy(), measurement.rate - state["bias"]
 
     @property
     def bias(self) -> FloatArray:
         """(N, 3) estimated gyro bias [rad/s]."""
-        bias: FloatArray = self._memory["attitude_filter"]["bias"]
+        bias: FloatArray = self._memory["attitude_filter"]["bias"].copy()
         return bias
 
     @property
     def covariance(self) -> FloatArray:
         """(N, 6, 6) covariance of the errors of attitude [rad], in body axes, and bias [rad/s]."""
-        covariance: FloatArray = self._memory["attitude_filter"]["covariance"]
+        covariance: FloatArray = self._memory["attitude_filter"]["covariance"].copy()
         return covariance
 
     @property
     def innovation_square(self) -> FloatArray:
         """(N,) squared normalised innovation of the newest sample, chi-square with three degrees of freedom."""
-        square: FloatArray = self._memory["attitude_filter"]["innovation_square"]
+        square: FloatArray = self._memory["attitude_filter"]["innovation_square"].copy()
         return square

@@ -81,11 +81,10 @@ class PlantEstimator:
         attitude, rate
             Filtered attitude (N, 4), and rate without bias (N, 3) [rad/s].
         """
-        memory = self._memory
-        plant, wheels, before = (memory[name].copy() for name in ("plant", "wheels", "momentum_before"))
+        memory, before = self._memory, self._memory["momentum_before"].copy()
         estimate_plant(
-            plant,
-            wheels,
+            memory["plant"],
+            memory["wheels"],
             self.model,
             attitude,
             rate,
@@ -93,7 +92,7 @@ class PlantEstimator:
             measurement.wheel_momentum,
             before,
         )
-        memory["plant"], memory["wheels"], memory["momentum_before"] = plant, wheels, before
+        memory["momentum_before"] = before
 
     def summary(self, attitude: FloatArray) -> PlantSummary:
         """Return what the state says at an attitude (N, 4)."""
@@ -114,7 +113,7 @@ class PlantEstimator:
     @property
     def unexplained(self) -> FloatArray:
         """(N, 3) low-passed torque that neither commands nor estimated faults explain, in body axes [N m]."""
-        torque: FloatArray = self._memory["plant"]["slow"]
+        torque: FloatArray = self._memory["plant"]["slow"].copy()
         return torque
 
     def plant(self, summary: PlantSummary) -> PlantEstimate:
@@ -124,14 +123,14 @@ class PlantEstimator:
             momentum=summary.momentum if self.model.coupled else None,
             missing_torque=summary.missing_torque,
             usable=summary.usable,
-            residual=self._memory["plant"]["rest"],
+            residual=self._memory["plant"]["rest"].copy(),
         )
 
     @property
     def estimate(self) -> FaultEstimate:
         """The latest estimate of the faults."""
         wheels = self._memory["wheels"]
-        condition = wheels["kind"]
+        condition = wheels["kind"].copy()
         constant = np.isin(condition, (WheelCondition.BIAS, WheelCondition.UNKNOWN, WheelCondition.LOCK))
         dead = np.isin(condition, (WheelCondition.LOCK, WheelCondition.OUTAGE))
         return FaultEstimate(
@@ -141,5 +140,5 @@ class PlantEstimator:
             identifiable=condition != WheelCondition.UNKNOWN,
             alarm=condition != WheelCondition.HEALTHY,
             condition=condition,
-            delay=wheels["delay"],
+            delay=wheels["delay"].copy(),
         )
