@@ -12,7 +12,7 @@ states its usual delay, and the rest is the episodes' ``extra_delay``. A delay b
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,18 +20,23 @@ from matplotlib.figure import Figure
 from tqdm import tqdm
 
 from ftac_gym import scenarios
+from ftac_gym.baselines import tuned
 from ftac_gym.evaluation import estimate, rollout
 from ftac_gym.evaluation.episodes import judging_episodes
 from ftac_gym.evaluation.files import write_figure, write_rows
 from ftac_gym.evaluation.rows import statistic_of
 from ftac_gym.evaluation.statistics import Estimate
 from ftac_gym.plots import style
+from ftac_gym.policies.policy import TUNED
 from ftac_gym.task import Episodes, Scenario
 from ftac_gym.utils.console import run_program
 from ftac_gym.utils.parameters import require
 
 METRICS = ("availability", "success")
 """Metrics of the sweep, panel by panel."""
+
+MOST = 0.05
+"""Success that one told period more may cost."""
 
 TOLD, UNTOLD = {"linestyle": "-"}, {"linestyle": (0, (1.6, 1.4)), "zorder": 1.8}
 """Look of the lines of told and untold delays."""
@@ -41,9 +46,11 @@ TOLD, UNTOLD = {"linestyle": "-"}, {"linestyle": (0, (1.6, 1.4)), "zorder": 1.8}
 class Config:
     """Policies, delays and episodes."""
 
-    policies: tuple[str, ...] = (
-        "pd_dob", "pd tuned", "nftsm tuned", "nftsm_observer tuned", "predefined_time tuned", "nftsm",
-    )  # fmt: skip
+    policies: tuple[str, ...] = field(
+        default_factory=lambda: tuple(
+            map(shipped, ("pd_dob", "lqr", "indi", "nftsm_isolation", "predefined_time_isolation", "nftsm_observer"))
+        )
+    )
     """Policies; "NAME tuned" has tuned gains, "NAME FILE.json" those of ftac-tune."""
     delays: tuple[int, ...] = (0, 1, 2, 3, 4, 5)
     """Delays of the loop [control periods]."""
@@ -78,6 +85,11 @@ class Point:
     told: bool
     episodes: int
     estimates: dict[str, Estimate]
+
+
+def shipped(name: str) -> str:
+    """Return a baseline with its tuned gains, if it has any."""
+    return name + TUNED if name in tuned.names() else name
 
 
 def usual_delay(task: Scenario) -> int:
@@ -157,6 +169,12 @@ def untold_differs(points: Sequence[Point], policy: str) -> bool:
     return any(known.get(p.delay) != p.estimates for p in points if p.policy == policy and not p.told)
 
 
+def told_cost(points: Sequence[Point], policy: str, usual: int) -> float | None:
+    """Return the success that one told period beyond the usual delay costs; None if it was not flown."""
+    known = {point.delay: point.estimates["success"].value for point in points if point.policy == policy and point.told}
+    return known[usual] - known[usual + 1] if {usual, usual + 1} <= known.keys() else None
+
+
 def drawn(points: Sequence[Point], usual: int) -> Figure:
     """Draw both metrics against the delay, policy by policy.
 
@@ -218,6 +236,11 @@ def main(config: Config) -> None:
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
     for row in rows:
         print("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
+    for policy in config.policies:
+        cost = told_cost(points, policy, usual_delay(task))
+        if cost is not None:
+            verdict = "at most" if cost <= MOST + 1e-9 else "MORE than"
+            print(f"{policy}: one told period more costs {cost:+.3f} of the success, {verdict} {MOST:g}")
     write_rows(config.output / "delay_sweep.csv", rows)
     write_figure(config.output / "delay_sweep.png", drawn(points, usual_delay(task)), 110)
 

@@ -9,6 +9,8 @@ import pytest
 
 from ftac_gym import scenarios
 from ftac_gym.evaluation import rollout
+from ftac_gym.evaluation.statistics import Estimate
+from ftac_gym.policies import DeferredBaseline
 
 TASK = scenarios.get("flagship").replace(duration=4.0, loop_delay=0.1)
 
@@ -50,12 +52,20 @@ def test_every_policy_flies_every_delay_told_and_longer_ones_untold(points):
     assert all(point.episodes == 2 and 0.0 <= point.estimates["availability"].value <= 1.0 for point in points)
 
 
-def test_only_an_observer_makes_use_of_a_told_delay(episodes):
-    """Without an observer the commands are the same; a disturbance observer takes a late command for a torque."""
-    untold = script.untold(TASK, episodes, [3])
-    for policy, same in (("pd", True), ("pd_dob", False)):
-        told = rollout(script.told(TASK, 3), policy, episodes)
-        assert np.array_equal(told.command, rollout(untold[0], policy, untold[1]).command) is same
+def test_only_prediction_and_observers_make_use_of_a_told_delay(episodes):
+    """Without them the commands are the same; a disturbance observer takes a late command for a torque."""
+    untold, told = script.untold(TASK, episodes, [3]), script.told(TASK, 3)
+    without = {"prediction": False, "isolation": "none"}
+    # The unit of gains is the told delay, so they are given in 1/s.
+    gains = [{"rate_gain": 0.8, "position_gain": 0.25}, {"rate_gain": 1.6, "position_gain": 0.5}]
+    for name, changes, same in (("pd", without, True), ("pd_dob", without, False), ("pd", {}, False)):
+        bandwidths = [{"bandwidth": 0.08}, {"bandwidth": 0.16}] if name == "pd_dob" else [{}, {}]
+        few, many = (
+            DeferredBaseline(name, **{**gain, **band, **changes}) for gain, band in zip(gains, bandwidths, strict=True)
+        )
+        commands = rollout(untold[0], few, untold[1]).command
+        # L is 0.2 s untold, and 0.4 s told.
+        assert np.array_equal(rollout(told, many, episodes).command, commands) is same
 
 
 def test_points_are_of_their_own_delay(points, episodes):
@@ -65,6 +75,15 @@ def test_points_are_of_their_own_delay(points, episodes):
         expected = rollout(task, "pd_dob", late).metrics()["availability"].mean()
         found = [p for p in points if p.policy == "pd_dob" and p.delay == delay and p.told is (delay == 1)]
         assert [p.estimates["availability"].value for p in found] == pytest.approx([expected])
+
+
+def test_the_cost_of_a_told_period_is_the_success_that_it_takes():
+    def flown(delay, told, success):
+        return script.Point("pd", delay, told, 10, {"success": Estimate(success, success, success, 10)})
+
+    points = [flown(1, True, 0.9), flown(2, True, 0.86), flown(2, False, 0.1)]
+    assert script.told_cost(points, "pd", 1) == pytest.approx(0.04)
+    assert script.told_cost(points, "pd", 2) is None and script.told_cost(points, "lqr", 1) is None
 
 
 def test_table_and_figure(points):
