@@ -13,7 +13,7 @@ from ftac_gym.task.gyro import DEGREE, DEGREE_PER_HOUR, DEGREE_PER_HOUR_PER_ROOT
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.task.sensor_suite import ARCSECOND, SensorSuite
 from ftac_gym.task.sensors import SensorErrors
-from ftac_gym.utils.parameters import Interval, bounds, largest, non_negative, positive, require
+from ftac_gym.utils.parameters import FloatArray, Interval, bounds, largest, non_negative, positive, require
 
 SMALLEST_ANGLE, SMALLEST_WALK = 1e-8, 1e-8
 """Least noise of an attitude sample [rad], and least angle random walk [rad per square root of second].
@@ -164,6 +164,17 @@ def isolates(scenario: Scenario) -> bool:
     return spacecraft.appendages is None and bool(np.isfinite(spacecraft.wheels.torque_limits).all())
 
 
+def _assured_torque(scenario: Scenario) -> FloatArray:
+    """Return the torque (m,) [N m] that each wheel gives at its largest speed; infinite without a power limit."""
+    wheels = scenario.spacecraft.wheels
+    nothing = np.full(wheels.count, np.inf)
+    if wheels.power_limit is None or wheels.spin_inertia is None:
+        return nothing
+    power, inertia = (np.broadcast_to(item, wheels.count) for item in (wheels.power_limit, wheels.spin_inertia))
+    fastest = wheels.momentum_limits / inertia
+    return np.where(np.isfinite(fastest), power / fastest, 0.0)
+
+
 def plant_model_of(scenario: Scenario, telemetry: bool) -> PlantModel:
     """Return the model of a scenario's nominal spacecraft for the estimator of faulty wheels.
 
@@ -199,6 +210,7 @@ def plant_model_of(scenario: Scenario, telemetry: bool) -> PlantModel:
         period=period,
         axes=np.ascontiguousarray(wheels.axis_matrix.T),
         limits=limits,
+        assured=_assured_torque(scenario),
         coupled=wheels.momentum_coupling,
         start=np.array([*(inertia[i, k] for i, k in pairs), 0.0, 0.0, 0.0]),
         spread=spread,

@@ -96,6 +96,8 @@ class PlantModel(NamedTuple):
         (m, 3) wheel axes.
     limits
         (m,) torque limits [N m].
+    assured
+        (m,) torque that each wheel gives at any speed [N m]; infinite without a limit of its power.
     coupled
         Whether the momentum of the wheels acts on the body.
     start, spread
@@ -125,6 +127,7 @@ class PlantModel(NamedTuple):
     period: float
     axes: Any
     limits: Any
+    assured: Any
     coupled: bool
     start: Any
     spread: Any
@@ -277,6 +280,12 @@ def spread_of(state: Any, wheels: Any, regressors: Any, torque: Any, model: Any,
         inside[i, i] += loose
     faulty = 0
     for j in range(len(wheels)):
+        # At an unknown speed the limit of the power may take some of the torque.
+        doubtful = abs(wheels[j].past[state.late]) - model.assured[j]
+        if doubtful > 0.0:
+            for i in range(3):
+                for k in range(3):
+                    inside[i, k] += 0.25 * doubtful * doubtful * model.axes[j, i] * model.axes[j, k]
         if wheels[j].kind != HEALTHY:
             faulty += 1
             widen(inside, model.axes, j, model.limits[j], 1.0)
