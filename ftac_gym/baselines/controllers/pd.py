@@ -25,7 +25,7 @@ class PDGains(ProfileGains):
 
     braking_share: float = changed(ProfileGains, "braking_share", 0.7066)
     rate_limit: float = changed(ProfileGains, "rate_limit", 1.485452)
-    rate_gain: float = parameter(1.2324, "c_d", PER_LOOP, positive, Range(0.2, 2.4), schedule=(0.4, 2.0))
+    rate_gain: float = parameter(1.2324, "c_d", PER_LOOP, positive, Range(0.2, 2.4), schedule=(0.4, 2.4))
     position_gain: float = parameter(
         0.4968, "c_p", PER_LOOP, positive, Range(0.1, 0.8), (0.2, 0.8), Share("position_share", of="rate_gain")
     )

@@ -31,7 +31,7 @@ class ProfileGains(AttitudeFilterGains):
         0.7, "Share of the available deceleration", "", at_most(1.0), Range(0.2, 1.0), (0.4, 1.0)
     )
     rate_limit: float = parameter(
-        1.449, "Largest commanded slew rate", SPEED, positive, Range(0.4, 2.6), schedule=(0.7, 2.6)
+        1.449, "Largest commanded slew rate", SPEED, positive, Range(0.4, 2.6), schedule=(0.5, 2.6)
     )
     momentum_share: float = parameter(
         0.92,
