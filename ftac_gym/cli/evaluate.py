@@ -51,7 +51,7 @@ from ftac_gym.task.scenario import Scenario
 from ftac_gym.utils.console import exit_on, one_line_warnings, print_line, progress_bar, show_table
 
 CLOSE = (
-    "agent", "pd_dob tuned", "pd_dob_robust", "lqr tuned", "indi tuned", "nftsm tuned", "predefined_time tuned",
+    "agent", "pd_dob tuned", "pd_dob_robust", "lqr", "indi", "nftsm tuned", "predefined_time tuned",
     "predefined_time_observer tuned",
 )  # fmt: skip
 """The shipped residual of the flagship and its rivals; the last one is on the corrected learning observer."""
