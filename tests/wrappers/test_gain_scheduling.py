@@ -184,7 +184,7 @@ def test_a_vector_equals_single_environments(mode):
         ),
         ({"ranges": {"rate_gain": (9.0, 3.0)}}, "rate_gain of pd_dob must lie strictly inside its range"),
         ({"ranges": {"rate_gain": (0.0, 9.0)}}, r"ranges\['rate_gain'\] must start above zero, got 0.0"),
-        ({"rate_limit": 2.6}, r"rate_limit of pd_dob must lie strictly inside its range \(0.7, 2.6\), got 2.6"),
+        ({"rate_limit": 2.6}, r"rate_limit of pd_dob must lie strictly inside its range \(0.5, 2.6\), got 2.6"),
         (
             {"ranges": {"braking_share": (0.4, 1.1)}},
             r"ranges\['braking_share'\] of pd_dob: braking_share must not exceed",
