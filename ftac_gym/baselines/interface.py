@@ -57,7 +57,8 @@ def measurement_of(env: Any, truth: bool = False) -> Measurement:
 def check_scenario(env: Any, scenario: Scenario, num_spacecraft: int) -> None:
     """Refuse an environment that differs in what a baseline is built from.
 
-    Faults, disturbance, sensors, starts and uncertainties are the environment's own: no baseline is built from them.
+    Faults, disturbance, starts and uncertainties are the environment's own: no baseline is built from them. Sensors and
+    loop delay may differ too, for studies of what a baseline is not told: it keeps its own models of them.
 
     Parameters
     ----------

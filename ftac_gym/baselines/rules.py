@@ -1,6 +1,6 @@
 """Rules for the values of gains: functions ``rule(value, field)`` that return the checked value or raise a ValueError.
 
-The functions ``positive``, ``non_negative`` and ``finite`` of :mod:`ftac_gym.utils.parameters` are rules too.
+The functions ``positive``, ``non_negative``, ``finite`` and ``flag`` of :mod:`ftac_gym.utils.parameters` are rules too.
 """
 
 from __future__ import annotations
@@ -74,11 +74,6 @@ def optional(rule: Check) -> Rule:
     """Return the rule of None, or of a value that keeps another rule."""
     words = f"None or {words_of(rule)}"
     return Rule(words, lambda value, field: None if value is None else rule(value, field))
-
-
-def flag(value: Any, field: str) -> bool:
-    """Return the truth of a value."""
-    return bool(value)
 
 
 def mapping(value: Any, field: str) -> Mapping[str, Any] | None:

@@ -1,5 +1,7 @@
 """Rules for every registered baseline: limits, batches, resets, its search space and its error messages."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from helpers.observed import task
@@ -81,6 +83,23 @@ def test_acts_within_the_limits(name, scenario):
     for array in law.memory.copy().values():
         parts = [array] if array.dtype.names is None else [array[name] for name in array.dtype.names]
         assert all(np.isfinite(part).all() for part in parts)
+
+
+@pytest.mark.parametrize("field", ["attitude", "rate", "reference_attitude", "command_in_effect", "attitude_age"])
+@pytest.mark.parametrize("name", ["pd", "pd_dob", "lqr", "indi", "super_twisting", "nftsm", "nftsm_isolation"])
+def test_no_measurement_that_is_not_a_number_becomes_a_command(name, field):
+    """For the spacecraft that it is of; the others fly on."""
+    law, measurements = baselines.make(name, FLAGSHIP, COUNT), recorded(FLAGSHIP)
+    for measurement in measurements[:10]:
+        law.act(measurement)
+    values = getattr(measurements[10], field).copy()
+    values[1] = np.nan
+    law.act(dataclasses.replace(measurements[10], **{field: values}))
+    # A torque of the period before counts from the next command on at the latest.
+    values = getattr(measurements[11], field).copy()
+    values[1] = np.nan
+    finite = np.isfinite(law.act(dataclasses.replace(measurements[11], **{field: values}))).all(axis=1)
+    assert finite.tolist() == [True, False, True, True]
 
 
 @every
@@ -181,6 +200,13 @@ def test_an_unknown_gain_is_named(name):
         ("predefined_time", {"position_exponent": 0.0}, r"position_exponent must lie within \(0, 1\)"),
         ("nftsm", {"reaching_linear": np.nan}, "reaching_linear must be finite"),
         ("nftsm", {"exponent": "big"}, "exponent must be a number"),
+        ("nftsm", {"prediction": "no"}, "prediction must be True or False, got 'no'"),
+        ("pd", {"telemetry": "off"}, "telemetry must be True or False, got 'off'"),
+        (
+            "nftsm_isolation",
+            {"faults": "multiple_model"},
+            "faults must be 'none' with an isolation of faulty wheels, got 'multiple_model'",
+        ),
         ("zhang_zhou_tracking", {"reaching_power": np.inf}, "reaching_power must be finite"),
         ("zhang_zhou_tracking", {"initial_eta": np.inf}, "initial_eta must be finite"),
         ("zhang_zhou_tracking", {"coupling_high": np.inf}, "coupling_high must be finite"),

@@ -10,9 +10,9 @@ from ftac_gym import baselines, scenarios
 from ftac_gym.baselines import Baseline, Range, observers
 from ftac_gym.baselines.gains import Gains, Share, changed, fixed, parameter
 from ftac_gym.baselines.memory import Memory
-from ftac_gym.baselines.rules import at_least, at_most, choice, flag, interval, optional, whole_number
+from ftac_gym.baselines.rules import at_least, at_most, choice, interval, optional, whole_number
 from ftac_gym.dynamics import Simulator
-from ftac_gym.utils.parameters import positive
+from ftac_gym.utils.parameters import flag, positive
 
 TASK = scenarios.get("flagship")
 
@@ -163,6 +163,6 @@ def test_a_schedule_needs_gains_or_a_method():
     ],
 )
 def test_rules(rule, good, bad, message):
-    assert rule(good, "gain") == good and flag(0, "gain") is False
+    assert rule(good, "gain") == good and flag(False, "gain") is False
     with pytest.raises(ValueError, match=f"^gain {message}"):
         rule(bad, "gain")

@@ -11,9 +11,8 @@ from ftac_gym.baselines.components.double_cover import HybridError
 from ftac_gym.baselines.controllers.direct import DirectController
 from ftac_gym.baselines.gains import Range, parameter
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilterGains
-from ftac_gym.baselines.rules import flag
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.utils.parameters import FloatArray, non_negative, positive
+from ftac_gym.utils.parameters import FloatArray, flag, non_negative, positive
 
 
 @dataclass(frozen=True)

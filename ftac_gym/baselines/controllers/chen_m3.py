@@ -12,9 +12,9 @@ from ftac_gym.baselines.components.rows import dot, length
 from ftac_gym.baselines.components.surfaces import NonsingularTerminalSurface
 from ftac_gym.baselines.controllers.chen import ChenController, ChenGains
 from ftac_gym.baselines.gains import Range, parameter
-from ftac_gym.baselines.rules import flag, interval
+from ftac_gym.baselines.rules import interval
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.utils.parameters import FloatArray, fields_named, non_negative, positive
+from ftac_gym.utils.parameters import FloatArray, fields_named, flag, non_negative, positive
 
 
 @dataclass(frozen=True)

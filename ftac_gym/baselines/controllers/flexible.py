@@ -17,11 +17,11 @@ from ftac_gym.baselines.controllers.fault_tolerant import FaultTolerantControlle
 from ftac_gym.baselines.controllers.filtered import FilteredController
 from ftac_gym.baselines.gains import Range, changed, fixed, parameter
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilterGains
-from ftac_gym.baselines.rules import choice, flag
+from ftac_gym.baselines.rules import choice
 from ftac_gym.baselines.synthesis.designs import DESIGNS
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import FloatArray, non_negative, require
+from ftac_gym.utils.parameters import FloatArray, flag, non_negative, require
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,8 @@ from ftac_gym.baselines.components.rows import length
 from ftac_gym.baselines.components.takagi_sugeno import TriangularSets
 from ftac_gym.baselines.controllers.flexible import FlexibleController, ScheduledGains, scheduled_feedback
 from ftac_gym.baselines.gains import Range, changed, parameter
-from ftac_gym.baselines.rules import flag
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.utils.parameters import FloatArray, non_negative, positive
+from ftac_gym.utils.parameters import FloatArray, flag, non_negative, positive
 
 
 @dataclass(frozen=True)

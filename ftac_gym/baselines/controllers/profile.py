@@ -16,10 +16,10 @@ from ftac_gym.baselines.controllers.scaled import ScaledController
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gains import Range, changed, parameter
 from ftac_gym.baselines.observers.attitude_filter import AttitudeFilterGains
-from ftac_gym.baselines.rules import at_most, choice, flag, interval
+from ftac_gym.baselines.rules import at_most, choice, interval
 from ftac_gym.baselines.units import SPEED
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.utils.parameters import FloatArray, non_negative, positive
+from ftac_gym.utils.parameters import FloatArray, flag, non_negative, positive
 
 
 @dataclass(frozen=True)

@@ -48,10 +48,10 @@ class RelativeController(ScaledController, FaultTolerantController, FilteredCont
     takes_torques: ClassVar[bool] = True
 
     def _build(self) -> None:
-        super()._build()
         estimator = None if self._navigator is None else self._navigator.estimator
         alone = estimator is None or self.gains.faults == "none"
         require(alone, "faults", "must be 'none' with an isolation of faulty wheels", self.gains.faults)
+        super()._build()
         if estimator is not None and self._navigator is not None:
             self.information = self._navigator.information
 

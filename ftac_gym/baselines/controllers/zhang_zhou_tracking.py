@@ -19,9 +19,8 @@ from ftac_gym.baselines.components.rows import dot
 from ftac_gym.baselines.components.surfaces import NonsingularTerminalSurface
 from ftac_gym.baselines.controllers.zhang_zhou import ZhangZhou, ZhangZhouGains
 from ftac_gym.baselines.gains import Range, changed, parameter
-from ftac_gym.baselines.rules import flag
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.utils.parameters import FloatArray, finite, non_negative, positive, require
+from ftac_gym.utils.parameters import FloatArray, finite, flag, non_negative, positive, require
 
 
 @dataclass(frozen=True)

@@ -267,7 +267,8 @@ def advance(state: Any, model: Any, time: float, attitude: Any, age: float, rate
         before += (seen[i] - state.bias[i]) ** 2
         seen[i] = rate[i]
     propagate(state.covariance, turn, model, model.linear_error * abs(now - before))
-    if taken > state.fix_time + 0.5 * model.period:
+    # Written so that an age that is not a number is no old sample.
+    if not taken <= state.fix_time + 0.5 * model.period:
         state.fix_time = taken
         correct(state, model, attitude, age, mean, work)
 

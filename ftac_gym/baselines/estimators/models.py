@@ -218,8 +218,8 @@ def plant_model_of(scenario: Scenario, telemetry: bool) -> PlantModel:
         # The noise of a regressor biases what is learned: by a hundredth here.
         excitation=100.0 * noise,
         tolerance=0.01,
-        floor=0.005 * largest_limit + friction,
-        lag=float(wheels.lags.max()),
+        floor=0.005 * largest_limit + friction + float(wheels.dead_bands.max()),
+        lags=wheels.lags,
         tachometer=tachometer,
         drift=4.0,
         largest=25.0,

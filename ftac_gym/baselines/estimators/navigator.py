@@ -15,10 +15,10 @@ from ftac_gym.baselines.estimators.plant_estimator import PlantEstimator, PlantS
 from ftac_gym.baselines.estimators.prediction import DelayPrediction
 from ftac_gym.baselines.gains import Gains, parameter
 from ftac_gym.baselines.memory import Memory
-from ftac_gym.baselines.rules import choice, flag, interval
+from ftac_gym.baselines.rules import choice, interval
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.scenario import Scenario
-from ftac_gym.utils.parameters import FloatArray
+from ftac_gym.utils.parameters import FloatArray, flag
 
 
 @dataclass(frozen=True)

@@ -109,9 +109,9 @@ class PlantModel(NamedTuple):
     tolerance
         Error of the model as a share of the commanded torque.
     floor
-        Standard deviation of the torque of environment and friction [N m].
-    lag
-        Time constant of the wheels [s].
+        Standard deviation of the torque of environment, friction and dead band [N m].
+    lags
+        (m,) time constants of the wheels [s].
     tachometer
         Variance of the torque of a wheel by its tachometer [N2 m2]; infinite without telemetry.
     drift
@@ -135,7 +135,7 @@ class PlantModel(NamedTuple):
     excitation: float
     tolerance: float
     floor: float
-    lag: float
+    lags: Any
     tachometer: float
     drift: float
     largest: float
@@ -453,7 +453,7 @@ def observe(
         past = wheels[j].past
         for d in range(LONGEST_LOOP + LONGEST, 0, -1):
             past[d] = past[d - 1]
-        past[0] = torque_of(wheels[j], command[j], model)
+        past[0] = torque_of(wheels[j], command[j], model.period, model.lags[j])
     torque = commanded(wheels, model.axes, state.late)
     miss(state, regressors, mean, torque, model.coupled)
     faulty = spread_of(state, wheels, regressors, torque, model, cross, inside)

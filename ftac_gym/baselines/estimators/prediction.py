@@ -63,13 +63,14 @@ class DelayPrediction:
         """
         memory = self._memory
         momentum = rate @ self._inertia if self._ideal else np.zeros_like(rate)
-        change = (rate - memory["predicted_from"]) / self._period
+        before = memory["predicted_from"]
+        change = (rate - before) / self._period
         residual = change @ self._inertia - measurement.command_in_effect @ self._axes
         if self._ideal:
             residual += cross(rate, momentum)
         torque = memory["unexplained_torque"]
         # A spacecraft just reset has no period behind it to balance.
-        torque = torque + SMOOTH * np.where(np.isnan(residual), 0.0, residual - torque)
+        torque = torque + SMOOTH * np.where(np.isnan(before), 0.0, residual - torque)
         memory["predicted_from"], memory["unexplained_torque"] = rate, torque
         inertia = np.repeat(self._inertia[None], len(rate), axis=0)
         count, wheels = measurement.last_command.shape

@@ -86,15 +86,25 @@ JUMP = 25.0
 
 
 @merged
-def torque_of(wheel: Any, command: float, model: Any) -> float:
-    """Return the mean torque of a healthy wheel over a period [N m], and advance its lag."""
-    if model.lag <= 0.0:
+def torque_of(wheel: Any, command: float, period: float, lag: float) -> float:
+    """Return the mean torque of a healthy wheel over a period [N m], and advance its lag.
+
+    Parameters
+    ----------
+    wheel
+        The WHEEL_STATE record.
+    command
+        Mean command in effect over the period [N m].
+    period, lag
+        Control period, and time constant of the wheel [s].
+    """
+    if lag <= 0.0:
         wheel.torque = command
         return command
-    decay = math.exp(-model.period / model.lag)
+    decay = math.exp(-period / lag)
     before = wheel.torque - command
     wheel.torque = command + decay * before
-    return float(command + before * (1.0 - decay) * model.lag / model.period)
+    return float(command + before * (1.0 - decay) * lag / period)
 
 
 @merged

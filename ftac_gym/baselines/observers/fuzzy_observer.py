@@ -12,11 +12,11 @@ from ftac_gym.baselines.components.takagi_sugeno import TakagiSugenoModel, Trian
 from ftac_gym.baselines.estimate import FaultEstimate
 from ftac_gym.baselines.gains import Gains, parameter
 from ftac_gym.baselines.observers.observer import FaultObserver
-from ftac_gym.baselines.rules import choice, flag, optional
+from ftac_gym.baselines.rules import choice, optional
 from ftac_gym.baselines.synthesis import ObserverGains, error_dynamics
 from ftac_gym.task.measurement import Measurement
 from ftac_gym.task.vibration import hub_torque
-from ftac_gym.utils.parameters import FloatArray, positive, require
+from ftac_gym.utils.parameters import FloatArray, flag, positive, require
 
 STABLE_STEP = 2.78
 """Largest step times the fastest pole with which the Runge-Kutta method is stable; Euler's limit is smaller."""

@@ -14,10 +14,10 @@ from ftac_gym.baselines.gains import Range, changed, parameter
 from ftac_gym.baselines.observers.excitation import Excitation, ExcitationGains
 from ftac_gym.baselines.observers.observer import FaultObserver
 from ftac_gym.baselines.observers.rate_predictor import RatePredictor
-from ftac_gym.baselines.rules import flag, interval
+from ftac_gym.baselines.rules import interval
 from ftac_gym.baselines.units import LOOPS, PER_LOOP, TORQUE, Unit
 from ftac_gym.task.measurement import Measurement
-from ftac_gym.utils.parameters import FloatArray, non_negative, positive
+from ftac_gym.utils.parameters import FloatArray, flag, non_negative, positive
 
 BoolArray = npt.NDArray[np.bool_]
 
