@@ -69,11 +69,14 @@ def exact(scenario):
 
     def predicted(simulator, measurement):
         state, momentum = simulator.state, total_momentum(simulator)
-        return prediction.ahead(measurement, state.attitude, state.rate, inertia, momentum, torque)
+        return prediction.ahead(measurement, state.attitude, state.rate, inertia, momentum, torque, **HEALTHY)[:2]
 
     return predicted
 
 
+HEALTHY = {
+    "response": np.ones((COUNT, 4)), "level": np.zeros((COUNT, 4)), "late": np.zeros(COUNT, dtype=np.int64)
+}  # fmt: skip
 DELAYS = [0.02, 0.05, 0.1, 0.13, 0.2, 0.37, 0.5]
 
 
@@ -105,9 +108,10 @@ def test_the_momentum_is_carried_on():
     prediction = DelayPrediction(scenario, memory)
     inertia = np.repeat(scenario.spacecraft.inertia_matrix[None], COUNT, axis=0)
     state, momentum = simulator.state, total_momentum(simulator)
-    attitude, _ = prediction.ahead(
-        simulator.measurement(), state.attitude, state.rate, inertia, momentum, np.zeros((COUNT, 3))
+    attitude, _, delay = prediction.ahead(
+        simulator.measurement(), state.attitude, state.rate, inertia, momentum, np.zeros((COUNT, 3)), **HEALTHY
     )
+    np.testing.assert_allclose(delay, scenario.loop_delay)
     for _ in range(3):
         simulator.step(np.zeros((COUNT, 4)))
     np.testing.assert_allclose(momentum, total_momentum(simulator), atol=1e-5)
@@ -126,7 +130,8 @@ def test_a_wheel_that_ignores_its_command_is_predicted_so():
 
     def predicted(simulator, measurement, **wheels):
         state, momentum, torque = simulator.state, total_momentum(simulator), np.tile(TORQUE, (COUNT, 1))
-        return prediction.ahead(measurement, state.attitude, state.rate, inertia, momentum, torque, **wheels)
+        parts = {**HEALTHY, **wheels}
+        return prediction.ahead(measurement, state.attitude, state.rate, inertia, momentum, torque, **parts)[:2]
 
     told = flown(scenario, 30, lambda *seen: predicted(*seen, response=response, level=level))
     untold = flown(scenario, 30, predicted)
@@ -173,8 +178,8 @@ def test_without_a_delay_nothing_is_added():
     memory = Memory(COUNT)
     navigator = Navigator(prompt, memory, NavigationGains())
     assert navigator.prediction is None and memory.copy() == {}
-    late = baselines.make("pd_dob", CLEAN.replace(loop_delay=0.1))
-    added = set(late.memory.copy()) - set(baselines.make("pd_dob", prompt).memory.copy())
+    late = baselines.make("nftsm", CLEAN.replace(loop_delay=0.1))
+    added = set(late.memory.copy()) - set(baselines.make("nftsm", prompt).memory.copy())
     assert "commands_on_their_way" in added
     simulator = Simulator(prompt, COUNT)
     simulator.reset(prompt.draw(0, COUNT))
