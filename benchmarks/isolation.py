@@ -84,7 +84,7 @@ class Config:
     """Baseline in the loop, with tuned gains where there are any."""
     episodes: int = 1000
     """Episodes with a faulty wheel."""
-    healthy: int = 300
+    healthy: int = 1500
     """Healthy episodes."""
     seed: int = 20262
     """Seed of the episodes."""
