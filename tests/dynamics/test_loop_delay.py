@@ -220,8 +220,9 @@ def test_an_observer_that_uses_the_command_in_effect_sees_no_torque_on_a_healthy
         initial_state=InitialState(angle=(0.05, 0.1)),
     )  # fmt: skip
     largest = {}
+    alone = {"filter": "none", "prediction": False, "isolation": "none"}
     for known in (True, False):
-        baseline, simulator = baselines.make("pd_dob", quiet, 5, bandwidth=0.9), start(quiet, 5)
+        baseline, simulator = baselines.make("pd_dob", quiet, 5, bandwidth=0.9, **alone), start(quiet, 5)
         largest[known] = 0.0
         for _ in range(60):
             measured = simulator.measurement()

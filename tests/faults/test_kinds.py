@@ -37,7 +37,7 @@ FAULTS = {
         faults.AttitudeSpike(onset=ONSET, angle=(0.05, 0.2), period=1.0, on_time=0.3),
     )
 }
-SMALLEST = {faults.StarTrackerOutage: 1e-4, faults.FrictionRise: 1e-3}
+SMALLEST = {faults.StarTrackerOutage: 1e-4, faults.AttitudeSpike: 1e-4, faults.FrictionRise: 1e-3}
 """Least distance of each spacecraft from the healthy one at some time [deg]; others 0.01."""
 
 

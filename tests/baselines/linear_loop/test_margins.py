@@ -209,10 +209,10 @@ def test_margins_enclose_the_loop_and_change_no_baseline(name):
 
 
 def test_a_description():
-    text = baselines.describe("pd_dob", FLAGSHIP, "tuned", rate_gain=0.6)
+    text = baselines.describe("pd_dob", FLAGSHIP, "tuned", rate_gain=1.5)
     assert text.splitlines()[0] == "pd_dob in flagship, tuned gains"
     loop = "0.1 s with a delay of 0.1 s: spectral radius 0.9"
-    for part in ("information: attitude", "rate_gain = 0.6 1/L = 3 1/s", loop):
+    for part in ("information: attitude", "rate_gain = 1.5 1/L = 7.5 1/s", loop):
         assert part in text
     assert "no linear loop: its gains near rest" in baselines.describe("afntsmc", FLAGSHIP)
     assert "position" not in baselines.describe(PlainPD, FLAGSHIP)

@@ -13,7 +13,7 @@ from ftac_gym.evaluation import AlarmRule, diagnose, diagnosis_of, rollout
 from ftac_gym.evaluation.diagnosis import detection_rows, diagnosis_rows, diagnosis_table, kinds_table
 from ftac_gym.evaluation.diagnosis.result import MEASURES
 from ftac_gym.faults import Bias, FaultDistribution, HardOver, LossOfEffectiveness
-from ftac_gym.policies import ExternalPolicy, PolicyRunner, resolve
+from ftac_gym.policies import DeferredBaseline, ExternalPolicy, PolicyRunner, resolve
 
 ONSET = (1.0, 8.0)
 FAULTS = FaultDistribution(
@@ -198,7 +198,8 @@ def _stands_again():
 
 
 def test_tables_have_counts_and_only_measures_of_the_estimator():
-    first, second = diagnose(TASK, "pd_dob", EPISODES), diagnose(TASK, "nftsm_telemetry", EPISODES)
+    first = diagnose(TASK, DeferredBaseline("pd_dob", isolation="none"), EPISODES)
+    second = diagnose(TASK, "nftsm_telemetry", EPISODES)
     cells = diagnosis_table([first, second])
     assert cells[0] == ["measure", "pd_dob", "nftsm_telemetry"]
     rows = {row[0]: row[1:] for row in cells[1:]}
