@@ -24,6 +24,9 @@ DISC = Disc(-10.0, 10.0)
 
 LEVEL, REGION = "the H-infinity level (23)", "the pole disc (24)"
 
+NAMED = 1.0003
+"""Level that a refusal names over the smallest one, at which a proof depends on the rounding of the machine."""
+
 
 @dataclass(frozen=True, eq=False)
 class ObserverDesign:
@@ -224,7 +227,7 @@ def _reason(
         level, groups, _, _ = _problem(state, inputs, scale, disc, None, False)
         if minimised(level, groups):
             least = float(np.sqrt(level.value))
-            rule = f"must be at least {ceil(least * (1.0 + SLACK) * 1e4) / 1e4:.4f} for {LEVEL} with this disc"
+            rule = f"must be at least {ceil(least * NAMED * 1e4) / 1e4:.4f} for {LEVEL} with this disc"
             return ValueError(f"gamma {rule}, got {gamma!r}")
     level, groups, _, _ = _problem(state, inputs, scale, disc, gamma, False)
     return unsolvable(level, groups, "disc", disc)
