@@ -224,10 +224,7 @@ TASKS = {
 
 def measure_baselines(config: Config) -> None:
     """(e) Time of a baseline's call, and over that of ``pd``."""
-    print(
-        "(e) a baseline's call; aims for one spacecraft and per spacecraft of 1,024: pd and pd_dob 150 us and 1 us, "
-        "the rest 300 us and 2 us"
-    )
+    print("(e) a baseline's call; aims for one spacecraft and per spacecraft of 1,024: 300 us and 2 us")
     yardstick: dict[int, float] = {}
     for name in ("pd", *(name for name in baselines.names() if name != "pd")):
         task = next((task for prefix, task in TASKS.items() if name.startswith(prefix)), "flagship")
