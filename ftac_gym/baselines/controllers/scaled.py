@@ -12,7 +12,7 @@ from ftac_gym.utils.parameters import FloatArray
 class ScaledController(Baseline):
     """A controller with gains in the units of :mod:`ftac_gym.baselines.units`.
 
-    ``gains`` holds them as they are given, :attr:`scheduled` in SI units.
+    ``gains`` holds them as they are given, ``scheduled`` in SI units.
     """
 
     def _build(self) -> None:

@@ -54,7 +54,7 @@ class PlantEstimator:
     Parameters
     ----------
     model
-        Nominal spacecraft, see :func:`~ftac_gym.baselines.estimators.models.plant_model`.
+        Nominal spacecraft, see :func:`~ftac_gym.baselines.estimators.models.plant_model_of`.
     memory
         Store of the state.
     """
