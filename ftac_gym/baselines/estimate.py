@@ -45,7 +45,8 @@ class FaultEstimate:
     bias
         (N, m) uncommanded torque of each wheel [N m]; its part in the null space of the wheel axes is not observable.
     identifiable
-        (N, m) flags of the wheels whose recent sustained torque suffices to identify their effectiveness.
+        (N, m) flags of the wheels whose recent sustained torque suffices to identify their effectiveness; by the
+        multiple-model estimator, of those whose condition is not ``UNKNOWN``.
     vibration
         (N, 3) torque of the vibration modes on the body [N m], which the disturbance then excludes.
     alarm

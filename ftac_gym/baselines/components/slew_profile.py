@@ -92,9 +92,9 @@ class SlewProfile:
     Close to the target the return is no faster than a calm speed s_c, so that the rate stays on target: s <= s_c + c
     max(theta - theta_c, 0).
 
-    An estimate of the plant lowers both limits. Each torque takes a share of the support of the zonotope along
-    m, here without sign. That of the missing torque is d_m, that of the gyroscopic torque n x H at 1 rad/s is g_m, and
-    that of the torque J n for 1 rad/s^2 is j_m::
+    An estimate of the plant sets a, and lowers the rate limit. Each torque takes a share of the support of the zonotope
+    along m, here without sign. That of the missing torque is d_m, that of the gyroscopic torque n x H at 1 rad/s is
+    g_m, and that of the torque J n for 1 rad/s^2 is j_m::
 
         rate limit = min(nominal, momentum share * min_m (1 - d_m) / g_m),
         a = b min_m (1 - d_m - w g_m) / j_m,    w = min(rate limit, sqrt(2 b theta min_m (1 - d_m) / j_m))

@@ -41,8 +41,9 @@ class INDI(PD):
 
     Where faulty wheels are isolated, the model of the motion is that of the estimators, and the allocation takes the
     torque of these wheels off. All other torque enters by the measured acceleration alone. Of the model, the increment
-    needs J and D. u0 is a command within the limits of the wheels, so that nothing winds up in saturation. The
-    effectiveness of the wheels is not adapted: a wrong one changes the size of an increment, not the torque in balance.
+    needs J and D. u0 is a command within the limits of the wheels, so that nothing winds up in saturation. The law does
+    not adapt the effectiveness of the wheels by itself: a wrong one changes the size of an increment, not the torque in
+    balance.
 
     Raises
     ------

@@ -42,7 +42,7 @@ class PD(ProfileController):
     where s(theta) is the demanded rate of decrease of the error, at most the rate limit. It is c_p theta near the
     target, and sqrt(2 a (theta - a / (2 c_p^2))) beyond theta = a / c_p^2, so that the braking never exceeds a.
     Near the target this is the PD law of stiffness c_p (c_d - c_p) J and damping c_d J. The deceleration a is a share
-    of the largest that healthy wheels can give about n. Wheel torques beyond the limits are scaled together, which
+    of the largest that the usable wheels can give about n. Wheel torques beyond the limits are scaled together, which
     keeps the direction of the torque.
 
     Raises

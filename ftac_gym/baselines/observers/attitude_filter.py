@@ -21,7 +21,7 @@ class AttitudeFilterGains(NavigationGains):
     """Gain of :class:`AttitudeFilter` in a controller."""
 
     attitude_filter_time: float = parameter(
-        0.0, "Time constant of the attitude filter. Zero for no filter", "s", non_negative
+        0.0, "Time constant of the fixed-gain filter in place of the Kalman filter. Zero for none", "s", non_negative
     )
 
 
