@@ -26,7 +26,7 @@ from ftac_gym.utils.parameters import FloatArray, flag, non_negative, positive
 class ProfileGains(AttitudeFilterGains):
     """Gains of :class:`ProfileController`."""
 
-    attitude_filter_time: float = changed(AttitudeFilterGains, "attitude_filter_time", 3.0, search=Range(0.1, 5.0))
+    attitude_filter_time: float = changed(AttitudeFilterGains, "attitude_filter_time", 3.0)
     braking_share: float = parameter(
         0.7, "Share of the available deceleration", "", at_most(1.0), Range(0.2, 1.0), (0.4, 1.0)
     )
