@@ -61,7 +61,9 @@ class FaultTolerantController(Baseline):
         self._allocation = EffectivenessAllocation(axes, self.allocation_power, self.gains.smallest_effectiveness)
         self._minimax = MinimaxAllocation(self.scenario.spacecraft.wheels)
         self._faults = FaultSource(self.scenario, self.memory, faults, self.gains.observer)
-        self.information = self._faults.information
+        # An observer of the attitude tier takes nothing from a baseline whose estimators have telemetry.
+        if self._faults.information != "attitude":
+            self.information = self._faults.information
 
     @classmethod
     def space(cls, **gains: Any) -> SearchSpace:

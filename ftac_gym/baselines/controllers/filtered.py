@@ -25,7 +25,8 @@ class FilteredController(Baseline):
         super()._build()
         kalman = self._navigator is not None and self._navigator.filter is not None
         self._filter = AttitudeFilter(self.scenario, self.memory, 0.0 if kalman else self.gains.attitude_filter_time)
-        self._usable = UsableAllocation(self.scenario.spacecraft.wheels)
+        isolates = self._navigator is not None and self._navigator.estimator is not None
+        self._usable = UsableAllocation(self.scenario.spacecraft.wheels) if isolates else None
 
     def _navigated(self, measurement: Measurement) -> Measurement:
         if self._navigator is None:
@@ -53,6 +54,7 @@ class FilteredController(Baseline):
 
         Faulty wheels whose torque does not follow the command are left out, and the torque that they give is taken off.
         """
+        assert self._usable is not None  # There is an estimate of the plant.
         if plant.missing_torque is not None:
             torque = torque - plant.missing_torque
         return self._usable(torque, plant.usable)

@@ -52,8 +52,6 @@ class RelativeController(ScaledController, FaultTolerantController, FilteredCont
         alone = estimator is None or self.gains.faults == "none"
         require(alone, "faults", "must be 'none' with an isolation of faulty wheels", self.gains.faults)
         super()._build()
-        if estimator is not None and self._navigator is not None:
-            self.information = self._navigator.information
 
     @abstractmethod
     def _variable(self, measurement: Measurement, error: FloatArray, rate_error: FloatArray) -> FloatArray:
