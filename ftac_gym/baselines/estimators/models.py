@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from ftac_gym.baselines.estimators.attitude_kernel import AttitudeModel
-from ftac_gym.baselines.estimators.plant_kernel import PlantModel
+from ftac_gym.baselines.estimators.plant_state import PlantModel
 from ftac_gym.task.gyro import DEGREE, DEGREE_PER_HOUR, DEGREE_PER_HOUR_PER_ROOT_HOUR, DEGREE_PER_ROOT_HOUR, Gyro
 from ftac_gym.task.scenario import Scenario
 from ftac_gym.task.sensor_suite import ARCSECOND, SensorSuite

@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from ftac_gym.baselines.components.slew_profile import PlantEstimate
 from ftac_gym.baselines.estimate import FaultEstimate, WheelCondition
-from ftac_gym.baselines.estimators.plant_kernel import PLANT_STATE, PlantModel, estimate_plant, summarise
+from ftac_gym.baselines.estimators.plant_kernel import estimate_plant, summarise
+from ftac_gym.baselines.estimators.plant_state import PLANT_STATE, PlantModel
 from ftac_gym.baselines.estimators.wheel_kernel import WHEEL_STATE
 from ftac_gym.baselines.memory import Memory
 from ftac_gym.task.measurement import Measurement
